@@ -1,0 +1,1 @@
+"""beacon-mj: contact-revealed navigation in MuJoCo."""

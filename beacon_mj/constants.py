@@ -1,0 +1,8 @@
+"""Names and numbers that the truth and the planners' view of it share."""
+
+from typing import Literal
+
+InteractionClass = Literal["safe", "movable", "fragile"]
+#: Interaction classes of the paper (III.B), in the order of every probability vector.
+CLASSES: tuple[InteractionClass, ...] = ("safe", "movable", "fragile")
+GRAVITY = 9.81  #: Gravitational acceleration [m/s^2].

@@ -1,0 +1,189 @@
+"""What crosses between the world and a planner: plain data, and nothing else.
+
+Coordinates are in the arena frame, in [m]; times are simulation time, in [s].
+Class probabilities are ordered as `beacon_mj.constants.CLASSES`.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal, NamedTuple
+
+from beacon_mj.constants import GRAVITY
+from beacon_mj.geometry import Array, Footprint, Footprints
+
+Probabilities = tuple[float, float, float]
+Evidence = Literal["moved", "not_moved", "broken"]
+Action = Literal["move", "detour", "push", "approach", "back_off", "follow", "give_up"]
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class Task:
+    """What a planner is told before the first step.
+
+    Attributes:
+        workspace_m: West, south, east, north limits [m].
+        start_m: Where the robot starts, shape (2,) [m].
+        goal_m: Where it must go, shape (2,) [m].
+        radius_m: Radius of the robot's disc, bumper included [m].
+        mass_kg: Mass of the robot [kg].
+        speed_mps: Largest speed [m/s].
+        force_max_n: Largest force the drive can apply [N].
+        bumper_stiffness_npm: Stiffness of the bumper's spring [N/m].
+        control_period_s: Time for which one command holds [s].
+        goal_tolerance_m: Distance to the goal that counts as reached [m].
+        sensing_radius_m: Range of the obstacle sensor from the robot's body [m].
+        max_steps: Control steps after which the episode ends.
+        motion_cost_jpm: The protocol's kappa_d, energy per metre travelled [J/m].
+        seed: The planner's own stream of randomness.
+    """
+
+    workspace_m: tuple[float, float, float, float]
+    start_m: Array
+    goal_m: Array
+    radius_m: float
+    mass_kg: float
+    speed_mps: float
+    force_max_n: float
+    bumper_stiffness_npm: float
+    control_period_s: float
+    goal_tolerance_m: float
+    sensing_radius_m: float
+    max_steps: int
+    motion_cost_jpm: float
+    seed: int
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class SensedObstacle:
+    """One obstacle as it was last seen.
+
+    Attributes:
+        id: Its name, stable over the episode.
+        footprint: Outline on the floor at the pose of the last sighting.
+        centroid_m: Centroid of that outline, shape (2,) [m].
+        height_m: Height above the floor [m].
+        volume_m3: Volume [m^3].
+        density_kgm3: Perceived density [kg/m^3].
+        friction: Perceived friction against the floor.
+        scores: Class scores s_i(c) (paper II.B), not normalised.
+        seen_s: Time of the last sighting [s].
+        visible: Whether it is in range now; if not, its pose may be stale.
+        broken: Whether it was seen to break.
+    """
+
+    id: str
+    footprint: Footprint
+    centroid_m: Array
+    height_m: float
+    volume_m3: float
+    density_kgm3: float
+    friction: float
+    scores: Probabilities
+    seen_s: float
+    visible: bool
+    broken: bool
+
+    @property
+    def perceived_force_n(self) -> float:
+        """F_i = mu rho V g from perceived values [N] (paper II.D)."""
+        return self.friction * self.density_kgm3 * self.volume_m3 * GRAVITY
+
+
+class Contact(NamedTuple):
+    """The bumper feels an obstacle.
+
+    `normal` is the horizontal unit vector from the robot into the obstacle, shape
+    (2,); `force_n` the filtered force at the end of the control step [N].
+    """
+
+    id: str
+    normal: Array
+    force_n: float
+
+
+class PushEvidence(NamedTuple):
+    """How one push attempt ended; exactly one for each attempt that says anything.
+
+    `force_n` is the largest filtered force of the attempt [N]: for `moved` the force
+    at which it broke away, for `not_moved` a lower bound on the force it needs.
+    """
+
+    id: str
+    evidence: Evidence
+    force_n: float
+    time_s: float
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class Observation:
+    """Everything a planner knows at one control step.
+
+    Attributes:
+        step: Control steps executed so far.
+        time_s: Simulation time [s].
+        position_m: Centre of the robot, shape (2,) [m].
+        velocity_mps: Its velocity, shape (2,) [m/s].
+        battery: Remaining charge in [0, 1].
+        bumper_force_n: Force on the bumper from its spring, shape (2,) [N].
+        drive_effort: Drive force over its limit, in [0, 1].
+        obstacles: All obstacles sensed so far, in order of first sighting.
+        footprints: Their footprints, in the same order.
+        map_version: Grows by one whenever `footprints` changes.
+        contacts: Obstacles that touch the bumper now.
+        evidence: Push attempts that ended in the last control step.
+    """
+
+    step: int
+    time_s: float
+    position_m: Array
+    velocity_mps: Array
+    battery: float
+    bumper_force_n: Array
+    drive_effort: float
+    obstacles: tuple[SensedObstacle, ...]
+    footprints: Footprints
+    map_version: int
+    contacts: tuple[Contact, ...]
+    evidence: tuple[PushEvidence, ...]
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class Rationale:
+    """Why a command was chosen. Only the log and the metrics read it.
+
+    Attributes:
+        action: What the planner is doing.
+        reason: One short sentence.
+        target: Obstacle the action is about, if any.
+        cost_push: C_push of the last push-or-detour comparison (paper II.F).
+        cost_detour: C_detour of the same.
+        terms: Named terms of the chosen candidate's objective J (paper II.E).
+        path_m: Planned path, shape (m, 2) [m].
+        beliefs: Class probabilities of each obstacle known to the planner.
+        replanned: Whether the path was planned anew in this step.
+        expansions: Vertices that the search expanded in this step.
+    """
+
+    action: Action = "move"
+    reason: str = ""
+    target: str | None = None
+    cost_push: float | None = None
+    cost_detour: float | None = None
+    terms: Mapping[str, float] = field(default_factory=dict)
+    path_m: Array | None = None
+    beliefs: Mapping[str, Probabilities] = field(default_factory=dict)
+    replanned: bool = False
+    expansions: int = 0
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class Command:
+    """A planar velocity for one control period, shape (2,) [m/s], and why.
+
+    A planner that has proved, or decided, that it cannot go on sets `give_up`: the
+    episode then ends with outcome `gave_up`.
+    """
+
+    velocity_mps: Array
+    give_up: bool = False
+    rationale: Rationale = Rationale()
