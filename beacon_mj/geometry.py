@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from beacon_mj.jit import kernel
 
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 
 #: Facets per quarter circle wherever a round boundary must become a polygon.
 QUAD_SEGMENTS = 32
@@ -107,7 +108,7 @@ class Footprints:
 
         Negative inside, where it is minus the depth.
         """
-        return self.distances(point.reshape(1, 2))[0]
+        return np.asarray(self.distances(point.reshape(1, 2))[0])
 
     def distances(self, points: Array) -> Array:
         """Signed distance from each of `points` (m, 2), shape (m, n) [m]."""

@@ -23,7 +23,6 @@ from beacon_mj.constants import GRAVITY, InteractionClass
 from beacon_mj.errors import SceneError
 from beacon_mj.geometry import Footprint, Footprints
 
-SCHEMA_VERSION = 1
 #: Overlap that settling and rounding may cause without the scene being wrong [m].
 OVERLAP_TOLERANCE_M = 1e-4
 
@@ -51,6 +50,14 @@ class Robot(_Record, frozen=True, kw_only=True):
     force_max_n: Annotated[float, Meta(gt=0.0, le=1e4)] = 60.0
     bumper_stiffness_npm: Annotated[float, Meta(ge=100.0, le=1e5)] = 5000.0
     control_period_s: Annotated[float, Meta(ge=0.01, le=1.0)] = 0.1
+
+
+class Surface(_Record, frozen=True, kw_only=True):
+    """How the geoms of one interaction class look, spin, and roll."""
+
+    rgba: tuple[Probability, Probability, Probability, Probability]
+    torsional_friction_m: Annotated[float, Meta(ge=0.0, le=1.0)] = 0.005
+    rolling_friction_m: Annotated[float, Meta(ge=0.0, le=1.0)] = 0.004
 
 
 class Perceived(_Record, frozen=True, kw_only=True):
@@ -134,7 +141,7 @@ class Certificate(_Record, frozen=True, kw_only=True):
 class Scene(_Record, frozen=True, kw_only=True):
     """One world. See `to_json`, `load_scene`, and `check_scene`."""
 
-    schema_version: Literal[1] = SCHEMA_VERSION
+    schema_version: Literal[1] = 1
     family: Annotated[str, Meta(pattern="^[A-Za-z][A-Za-z0-9_-]{0,60}$")]
     index: Annotated[int, Meta(ge=0, le=10**9)]
     seed: Annotated[int, Meta(ge=0, le=2**53)]
@@ -143,6 +150,7 @@ class Scene(_Record, frozen=True, kw_only=True):
     start_m: tuple[Coordinate, Coordinate]
     goal_m: tuple[Coordinate, Coordinate]
     robot: Robot
+    surfaces: tuple[Surface, Surface, Surface]
     obstacles: Annotated[tuple[Obstacle, ...], Meta(max_length=500)]
     certificate: Certificate
 

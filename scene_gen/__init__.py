@@ -1,0 +1,1 @@
+"""Certified scenes from a family template and a seed."""

@@ -1,0 +1,57 @@
+"""The protocol: everything about an episode that is not the scene or the planner."""
+
+import math
+from typing import Annotated
+
+import msgspec
+from msgspec import Meta
+
+from beacon_mj.constants import GRAVITY
+from beacon_mj.scene import Scene
+
+NonNegative = Annotated[float, Meta(ge=0.0, le=1e6)]
+
+
+class Protocol(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """How an episode is run and scored; identical for all planners.
+
+    Attributes:
+        sensing_radius_m: Range r_s of the obstacle sensor from the robot's body.
+        max_steps: Control steps after which the outcome is `timeout`.
+        goal_tolerance_m: Distance to the goal that counts as reached.
+        motion_cost_jpm: kappa_d of App. B, energy per metre [J/m]; None for a cost of
+            transport of 0.2, which is 0.2 m g.
+        battery_ends_episode: Whether an empty battery ends the episode.
+        stuck_after_s: Time within which the robot must leave a disc of
+            `stuck_radius_m`, or the outcome is `stuck`.
+        stuck_radius_m: See `stuck_after_s`.
+        decision_limit_s: Wall-clock time of one decision above which the outcome is
+            `planner_error`.
+        occlusion: Whether an obstacle is sensed only in line of sight.
+        pose_noise_m: Standard deviation of sensed positions.
+        missed_detection: Probability that an obstacle in range is missed in a step.
+    """
+
+    sensing_radius_m: Annotated[float, Meta(ge=0.0, le=100.0)] = 1.0
+    max_steps: Annotated[int, Meta(ge=1, le=10**6)] = 1000
+    goal_tolerance_m: Annotated[float, Meta(gt=0.0, le=1.0)] = 0.10
+    motion_cost_jpm: NonNegative | None = None
+    battery_ends_episode: bool = False
+    stuck_after_s: Annotated[float, Meta(gt=0.0, le=1e4)] = 20.0
+    stuck_radius_m: Annotated[float, Meta(gt=0.0, le=1.0)] = 0.05
+    decision_limit_s: Annotated[float, Meta(gt=0.0, le=1e4)] = 30.0
+    occlusion: bool = False
+    pose_noise_m: Annotated[float, Meta(ge=0.0, le=0.5)] = 0.0
+    missed_detection: Annotated[float, Meta(ge=0.0, lt=1.0)] = 0.0
+
+    def motion_cost(self, scene: Scene) -> float:
+        """Return kappa_d for the scene's robot [J/m]."""
+        if self.motion_cost_jpm is not None:
+            return self.motion_cost_jpm
+        return 0.2 * scene.robot.mass_kg * GRAVITY
+
+
+def battery_slope(scene: Scene) -> float:
+    """Return eta = B_0 / diam(workspace), charge per metre [1/m] (paper II.A)."""
+    west, south, east, north = scene.workspace_m
+    return 1.0 / math.hypot(east - west, north - south)

@@ -1,0 +1,181 @@
+"""Scene families: reading one MJCF file, checked, into plain data.
+
+A family is a valid MJCF model. Its `<custom>` section carries the numbers, one
+`<default class>` per interaction class how obstacles look and behave, and the bodies
+of its world which shapes occur. PyMJCF reads and checks the file once; MuJoCo
+compiles it once to measure the shapes.
+"""
+
+import functools
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from beacon_mj.constants import CLASSES
+from beacon_mj.errors import TemplateError, unknown
+from beacon_mj.mjcf_templates import ROOT
+from beacon_mj.scene import Surface
+from beacon_mj.scene_gen.mjcf_reader import element_error, read_mjcf
+from beacon_mj.scene_gen.prototypes import Prototype, read_prototypes
+
+#: Numbers a family may carry: how many values, least and largest allowed value.
+NUMERICS: Mapping[str, tuple[int, float, float]] = {
+    "obstacle_count": (2, 0, 500),
+    "size": (2, 0.05, 3.0),
+    "aspect": (2, 0.05, 1.0),
+    "height": (2, 0.05, 3.0),
+    "spacing": (1, 0.0, 2.0),
+    "class_mix": (3, 0.0, 1e6),
+    "safe_fixed_fraction": (1, 0.0, 1.0),
+    "safe_density": (2, 1.0, 30000.0),
+    "safe_friction": (2, 0.01, 5.0),
+    "movable_density": (2, 1.0, 30000.0),
+    "movable_friction": (2, 0.01, 5.0),
+    "fragile_density": (2, 1.0, 30000.0),
+    "fragile_friction": (2, 0.01, 5.0),
+    "fragile_break_force": (2, 0.1, 1e5),
+    "detour_limit": (1, 1.0, 10.0),
+    "door_count": (2, 1, 10),
+    "door_width": (2, 0.25, 1.5),
+    "barrier_gap": (2, 0.0, 0.2),
+    "gate_width": (2, 0.3, 3.0),
+    "shortcut_ratio": (1, 1.0, 5.0),
+}
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Family:
+    """One scene family.
+
+    Attributes:
+        name: Name on the command line, the stem of the file.
+        source: The file it was read from.
+        layout: Name of the registered layout that places the obstacles.
+        numerics: The numbers of its `<custom>` section, by name.
+        prototypes: The shapes that occur, with their nominal proportions.
+        surfaces: Look and rolling friction of each class, in order of `CLASSES`.
+    """
+
+    name: str
+    source: Path
+    layout: str
+    numerics: Mapping[str, tuple[float, ...]]
+    prototypes: tuple[Prototype, ...]
+    surfaces: tuple[Surface, Surface, Surface]
+
+    def value(self, name: str) -> float:
+        """Return the single number `name`."""
+        return self._numbers(name)[0]
+
+    def range(self, name: str) -> tuple[float, float]:
+        """Return the two ends of the range `name`."""
+        low, high = self._numbers(name)
+        return low, high
+
+    def shape_range(self, shape: str, name: str) -> tuple[float, float]:
+        """Return the range `name`, or the shape's own, such as `sphere_size`."""
+        own = f"{shape}_{name}"
+        return self.range(own if own in self.numerics else name)
+
+    def _numbers(self, name: str) -> tuple[float, ...]:
+        if name not in self.numerics:
+            raise TemplateError(
+                f'{self.source}: expected <numeric name="{name}"> for layout '
+                f"{self.layout!r} but it has none."
+            )
+        return self.numerics[name]
+
+
+def family_paths(templates: Path | None = None) -> dict[str, Path]:
+    """Return the file of each family by name; those of `templates` win.
+
+    Raises:
+        TemplateError: If `templates` is no folder or holds no family.
+    """
+    paths = {p.stem: p for p in sorted((ROOT / "families").glob("*.xml"))}
+    if templates is None:
+        return paths
+    if not templates.is_dir():
+        raise TemplateError(f"{templates}: expected a folder of templates.")
+    own = [*sorted(templates.glob("*.xml")), *sorted(templates.glob("families/*.xml"))]
+    own = [p for p in own if p.name not in ("arena.xml", "robot.xml")]
+    if not own:
+        raise TemplateError(
+            f"{templates}: expected a family file (*.xml or families/*.xml) "
+            "but there is none."
+        )
+    return paths | {p.stem: p for p in own}
+
+
+def load_family(name: str, templates: Path | None = None) -> Family:
+    """Read the family `name`.
+
+    Raises:
+        TemplateError: If there is no such family or its file is not a valid one.
+    """
+    paths = family_paths(templates)
+    if name not in paths:
+        raise TemplateError(unknown("family", name, paths))
+    return read_family(paths[name])
+
+
+@functools.lru_cache(maxsize=64)
+def read_family(path: Path) -> Family:
+    """Read and check one family file. Raises TemplateError, naming file and element."""
+    root = read_mjcf(path)
+    texts = {t.name: t.data for t in root.custom.text}
+    if "layout" not in texts:
+        raise TemplateError(f'{path}: expected <text name="layout" data="..."/>.')
+    prototypes = read_prototypes(root, path)
+    names = {p.name for p in prototypes}
+    numerics = {n.name: _checked(n, path, names) for n in root.custom.numeric if n.name}
+    return Family(
+        name=path.stem,
+        source=path,
+        layout=texts["layout"],
+        numerics=numerics,
+        prototypes=prototypes,
+        surfaces=tuple(_surface(root, c, path) for c in CLASSES),  # type: ignore[arg-type]
+    )
+
+
+def _checked(numeric: object, path: Path, shapes: set[str]) -> tuple[float, ...]:
+    """Check one `<numeric>`: known name, right length, within bounds, in order."""
+    name: str = numeric.name  # type: ignore[attr-defined]
+    values = tuple(float(v) for v in numeric.data)  # type: ignore[attr-defined]
+    kind = name
+    for suffix in ("size", "height"):
+        if name.removesuffix(f"_{suffix}") in shapes:
+            kind = suffix
+    if kind not in NUMERICS:
+        raise TemplateError(f"{path}: {unknown('numeric', name, NUMERICS)}")
+    count, low, high = NUMERICS[kind]
+    if len(values) != count or not all(low <= v <= high for v in values):
+        raise TemplateError(
+            f"{path}: expected numeric {name!r} to be {count} value(s) in "
+            f"[{low:g}, {high:g}] but it was {values}."
+        )
+    if count == 2 and values[0] > values[1]:
+        raise TemplateError(
+            f"{path}: expected numeric {name!r} to be a range (low, high) but it was "
+            f"{values}."
+        )
+    if name == "class_mix" and sum(values) <= 0.0:
+        raise TemplateError(f"{path}: expected numeric 'class_mix' to have a weight.")
+    return values
+
+
+def _surface(root: object, name: str, path: Path) -> Surface:
+    """Read how the geoms of one interaction class look and roll."""
+    default = root.find("default", name)  # type: ignore[attr-defined]
+    if default is None:
+        raise element_error(path, f'<default class="{name}">', "one per class")
+    geom = default.geom
+    rgba = (0.5, 0.5, 0.5, 1.0) if geom.rgba is None else geom.rgba
+    friction = [0.5, 0.005, 0.004] if geom.friction is None else list(geom.friction)
+    friction += [0.005, 0.004][len(friction) - 1 :]
+    return Surface(
+        rgba=tuple(float(v) for v in rgba),  # type: ignore[arg-type]
+        torsional_friction_m=float(friction[1]),
+        rolling_friction_m=float(friction[2]),
+    )

@@ -1,0 +1,148 @@
+"""From a family and a seed to a certified scene."""
+
+import math
+from pathlib import Path
+
+import msgspec
+import numpy as np
+
+from beacon_mj.errors import GenerationError, SceneError, TemplateError, unknown
+from beacon_mj.scene import Certificate, Obstacle, Profile, Robot, Scene, check_scene
+from beacon_mj.scene_gen.certificates import certify
+from beacon_mj.scene_gen.family import Family, load_family
+from beacon_mj.scene_gen.layouts import LAYOUTS, WORKSPACE_M, Point
+from beacon_mj.scene_gen.perception import perceive
+from beacon_mj.scene_gen.prototypes import DECIMALS
+from beacon_mj.scene_gen.sampling import Sampler
+from beacon_mj.streams import stream
+
+DISTANCE_M = (4.6, 5.4)  #: Start to goal.
+MARGIN_M = 0.02  #: Clearance beyond the disc at which certified ways still exist.
+PROPOSALS = 300  #: Proposals per scene before giving up.
+
+
+def generate_scene(
+    family: str | Family,
+    index: int,
+    seed: int = 0,
+    perception: Profile = "noisy",
+    templates: Path | None = None,
+) -> Scene:
+    """Generate one certified scene; the same arguments give the same bytes.
+
+    Args:
+        family: Name of a family, or one that was read already.
+        index: Which scene of the family, >= 0.
+        seed: Scene and perception seed.
+        perception: Profile of the perceived values.
+        templates: Folder of the user's own templates, if any.
+
+    Raises:
+        TemplateError: If the family is unknown or invalid.
+        GenerationError: If no proposal could be certified.
+    """
+    if isinstance(family, str):
+        family = load_family(family, templates)
+    if family.layout not in LAYOUTS:
+        raise TemplateError(
+            f"{family.source}: {unknown('layout', family.layout, LAYOUTS)}"
+        )
+    rng = stream("scene", seed, family.name, index)
+    reasons: dict[str, int] = {}
+    for _ in range(PROPOSALS):
+        proposal = _propose(family, index, seed, rng)
+        try:
+            check_scene(proposal)
+        except SceneError:
+            _count(reasons, "overlap")
+            continue
+        certificate = certify(proposal, MARGIN_M)
+        missing = _missing(family, certificate)
+        if certificate is not None and missing is None:
+            scene = msgspec.structs.replace(proposal, certificate=certificate)
+            return perceive(scene, perception, seed)
+        _count(reasons, missing or "inconclusive")
+    worst = max(reasons, key=lambda r: reasons[r])
+    raise GenerationError(
+        f"{family.source}: no certified scene in {PROPOSALS} proposals for index "
+        f"{index}, seed {seed}; most often: {worst}."
+    )
+
+
+def _count(reasons: dict[str, int], reason: str) -> None:
+    reasons[reason] = reasons.get(reason, 0) + 1
+
+
+def _propose(family: Family, index: int, seed: int, rng: np.random.Generator) -> Scene:
+    robot = Robot()
+    start, goal = _start_and_goal(rng)
+    sampler = Sampler(family=family, robot=robot, rng=rng)
+    placed = LAYOUTS[family.layout](sampler, start, goal)
+    order = rng.permutation(len(placed))
+    obstacles = tuple(
+        msgspec.structs.replace(placed[k], id=f"obstacle_{i:02d}")
+        for i, k in enumerate(order)
+    )
+    return Scene(
+        family=family.name,
+        index=index,
+        seed=seed,
+        perception="truth",
+        workspace_m=WORKSPACE_M,
+        start_m=start,
+        goal_m=goal,
+        robot=robot,
+        surfaces=family.surfaces,
+        obstacles=obstacles,
+        certificate=Certificate(
+            collision_free_length_m=None,
+            reference_length_m=1.0,
+            straight_line_m=1.0,
+            door_ids=(),
+            margin_m=0.0,
+        ),
+    )
+
+
+def _start_and_goal(rng: np.random.Generator) -> tuple[Point, Point]:
+    """Draw a start near the west wall and a goal near the east wall."""
+    while True:
+        start = rng.uniform((0.35, 1.8), (0.75, 4.2))
+        goal = rng.uniform((5.25, 1.8), (5.65, 4.2))
+        if DISTANCE_M[0] <= math.dist(start, goal) <= DISTANCE_M[1]:
+            return _point(start), _point(goal)
+
+
+def _point(values: np.ndarray) -> Point:
+    return round(float(values[0]), DECIMALS), round(float(values[1]), DECIMALS)
+
+
+def _missing(family: Family, certificate: Certificate | None) -> str | None:
+    """Return what the family promises and the certificate does not show, or None."""
+    if certificate is None:
+        return "inconclusive"
+    free = certificate.collision_free_length_m
+    if family.layout == "barrier":
+        if free is not None:
+            return "a collision-free path exists"
+        return None if certificate.door_ids else "no door opens a way"
+    if free is None:
+        return "no collision-free path exists"
+    if family.layout == "gated":
+        if not certificate.door_ids:
+            return "no door shortens the way"
+        if free < family.value("shortcut_ratio") * certificate.reference_length_m:
+            return "the way round is too short"
+        return None
+    if "detour_limit" in family.numerics:
+        if free > family.value("detour_limit") * certificate.straight_line_m:
+            return "the collision-free path is too long"
+    return None
+
+
+def obstacle_of(scene: Scene, obstacle_id: str) -> Obstacle:
+    """Return one obstacle of a scene by its id."""
+    for o in scene.obstacles:
+        if o.id == obstacle_id:
+            return o
+    raise SceneError(unknown("obstacle", obstacle_id, (o.id for o in scene.obstacles)))

@@ -1,0 +1,217 @@
+"""Layouts: functions that place obstacles; a family names one.
+
+A layout takes a `Sampler`, start and goal, and returns placed obstacles. It only
+proposes: what a family promises is proved afterwards, and a proposal that fails is
+thrown away. A new layout is one function with `@layout("name")`.
+"""
+
+import math
+from collections.abc import Callable
+
+import msgspec
+import numpy as np
+import shapely
+
+from beacon_mj.geometry import Array
+from beacon_mj.scene import Obstacle
+from beacon_mj.scene_gen.prototypes import DECIMALS
+from beacon_mj.scene_gen.sampling import Sampler
+
+Point = tuple[float, float]
+Layout = Callable[[Sampler, Point, Point], list[Obstacle]]
+LAYOUTS: dict[str, Layout] = {}
+
+WORKSPACE_M = (0.0, 0.0, 6.0, 6.0)  #: West, south, east, north (paper II.A).
+CLEARANCE_M = 0.3  #: Free ring around the robot's disc at start and goal.
+LANDING_M = (0.9, 0.45)  #: Room kept free before and behind a door: length, half width.
+_TRIES = 200
+
+
+def layout(name: str) -> Callable[[Layout], Layout]:
+    """Register a layout under the name that family files use."""
+
+    def register(function: Layout) -> Layout:
+        LAYOUTS[name] = function
+        return function
+
+    return register
+
+
+@layout("scatter")
+def scatter(sampler: Sampler, start: Point, goal: Point) -> list[Obstacle]:
+    """Obstacles anywhere, no closer than the family's `spacing`."""
+    placed: list[Obstacle] = []
+    add_scattered(sampler, placed, _discs(sampler, start, goal))
+    return placed
+
+
+@layout("barrier")
+def barrier(sampler: Sampler, start: Point, goal: Point) -> list[Obstacle]:
+    """A barrier from wall to wall with doors in it, and a few obstacles beside it."""
+    return _barrier(sampler, start, goal, gate=0.0)
+
+
+@layout("gated")
+def gated(sampler: Sampler, start: Point, goal: Point) -> list[Obstacle]:
+    """A barrier with doors near the straight line and a free gate at one wall."""
+    gate = sampler.uniform(sampler.family.range("gate_width"))
+    return _barrier(sampler, start, goal, gate=gate)
+
+
+def add_scattered(
+    sampler: Sampler, placed: list[Obstacle], forbidden: list[shapely.Geometry]
+) -> None:
+    """Add the family's `obstacle_count` to `placed` by rejection sampling (III.B)."""
+    spacing = sampler.family.value("spacing")
+    for _ in range(sampler.count("obstacle_count")):
+        shape, interaction = sampler.shape(), sampler.interaction()
+        template = sampler.obstacle(shape, interaction)
+        for _ in range(_TRIES):
+            candidate = at(template, _anywhere(sampler), sampler.yaw())
+            if _fits(candidate, placed, forbidden, spacing):
+                placed.append(candidate)
+                break
+
+
+def at(obstacle: Obstacle, position: Point | Array, yaw: float) -> Obstacle:
+    """Return the obstacle at a pose."""
+    return msgspec.structs.replace(
+        obstacle,
+        x_m=round(float(position[0]), DECIMALS),
+        y_m=round(float(position[1]), DECIMALS),
+        yaw_rad=yaw,
+    )
+
+
+def _anywhere(sampler: Sampler) -> Array:
+    west, south, east, north = WORKSPACE_M
+    return sampler.rng.uniform((west, south), (east, north))
+
+
+def _discs(sampler: Sampler, start: Point, goal: Point) -> list[shapely.Geometry]:
+    radius = sampler.robot.radius_m + CLEARANCE_M
+    return [shapely.Point(start).buffer(radius), shapely.Point(goal).buffer(radius)]
+
+
+def _fits(
+    candidate: Obstacle,
+    placed: list[Obstacle],
+    forbidden: list[shapely.Geometry],
+    spacing: float,
+) -> bool:
+    outline = candidate.footprint.polygon()
+    if not shapely.box(*WORKSPACE_M).covers(outline):
+        return False
+    if any(outline.intersects(area) for area in forbidden):
+        return False
+    others = [o.footprint.polygon() for o in placed]
+    return not len(others) or bool(shapely.distance(outline, others).min() >= spacing)
+
+
+def _barrier(
+    sampler: Sampler, start: Point, goal: Point, gate: float
+) -> list[Obstacle]:
+    """Fill a north-south line with obstacles, doors where the straight line crosses."""
+    x = sampler.uniform((2.6, 3.4))
+    crossing = start[1] + (x - start[0]) / (goal[0] - start[0]) * (goal[1] - start[1])
+    mirrored = gate > 0.0 and bool(sampler.rng.random() < 0.5)
+    if mirrored:
+        crossing = 6.0 - crossing
+    slots = _slots(sampler, crossing, 6.0 - gate)
+    placed: list[Obstacle] = []
+    landing: list[shapely.Geometry] = []
+    for low, high, is_door in slots:
+        middle = 0.5 * (low + high)
+        y = 6.0 - middle if mirrored else middle
+        placed.append(_element(sampler, x, y, high - low, is_door))
+        if is_door:
+            length, half = LANDING_M
+            landing.append(shapely.box(x - length, y - half, x + length, y + half))
+    keep_gate = shapely.box(
+        x - 0.6, 0.0 if mirrored else 6.0 - gate - 0.1, x + 0.6, 6.0
+    )
+    if mirrored:
+        keep_gate = shapely.box(x - 0.6, 0.0, x + 0.6, gate + 0.1)
+    forbidden = [*_discs(sampler, start, goal), *landing]
+    if gate > 0.0:
+        forbidden.append(keep_gate)
+    add_scattered(sampler, placed, forbidden)
+    return placed
+
+
+def _slots(
+    sampler: Sampler, crossing: float, top: float
+) -> list[tuple[float, float, bool]]:
+    """Divide [0, top] into (low, high, is_door) with small gaps between.
+
+    Doors are wide enough to be ways through; the first stands at `crossing`.
+    """
+    family = sampler.family
+    doors = _door_spans(sampler, crossing, top)
+    slots = [(low, high, True) for low, high in doors]
+    edges = [0.0, *(v for span in doors for v in span), top]
+    for low, high in zip(edges[::2], edges[1::2], strict=True):
+        slots += _fill(sampler, low, high, family.range("barrier_gap"), top)
+    return sorted(slots)
+
+
+def _door_spans(
+    sampler: Sampler, crossing: float, top: float
+) -> list[tuple[float, float]]:
+    family = sampler.family
+    spans: list[tuple[float, float]] = []
+    for k in range(sampler.count("door_count")):
+        for _ in range(_TRIES):
+            half = 0.5 * sampler.uniform(family.range("door_width"))
+            reach = 0.25 if k == 0 else 1.6
+            middle = crossing + sampler.uniform((-reach, reach))
+            low, high = middle - half, middle + half
+            apart = all(low > b + 0.3 or high < a - 0.3 for a, b in spans)
+            if apart and low > 0.35 and high < top - 0.35:
+                spans.append((low, high))
+                break
+    return sorted(spans)
+
+
+def _fill(
+    sampler: Sampler, low: float, high: float, gap: tuple[float, float], top: float
+) -> list[tuple[float, float, bool]]:
+    """Divide [low, high] into obstacle-sized pieces with gaps at both ends."""
+    sizes = sampler.family.range("size")
+    pieces_count = max(1, round((high - low) / (0.5 * sum(sizes))))
+    widths = [sampler.uniform(sizes) for _ in range(pieces_count)]
+    gaps = [sampler.uniform(gap) for _ in range(len(widths) + 1)]
+    if low == 0.0:
+        gaps[0] = min(gaps[0], 0.05)
+    if high == top:
+        gaps[-1] = min(gaps[-1], 0.05)
+    scale = (high - low - sum(gaps)) / sum(widths)
+    pieces, y = [], low + gaps[0]
+    for width, after in zip(widths, gaps[1:], strict=True):
+        pieces.append((y, y + width * scale, False))
+        y += width * scale + after
+    return pieces
+
+
+def _element(
+    sampler: Sampler, x: float, y: float, width: float, is_door: bool
+) -> Obstacle:
+    """Return one piece of the barrier, `width` [m] long across the way."""
+    shape = sampler.shape(width, rollers=False)
+    # The longer side of a template lies along its x axis: turn it across the way.
+    yaw = round(0.5 * math.pi + sampler.uniform((-0.08, 0.08)), DECIMALS)
+    if sampler.rng.random() < 0.5:
+        yaw = round(yaw - math.pi, DECIMALS)
+    if is_door:
+        template = sampler.obstacle(shape, "movable", fixed=False, door=True)
+        return _centred(template, x, y, yaw)
+    template = sampler.obstacle(shape, sampler.interaction())
+    return _centred(template, x + sampler.uniform((-0.04, 0.04)), y, yaw)
+
+
+def _centred(obstacle: Obstacle, x: float, y: float, yaw: float) -> Obstacle:
+    """Place the middle of the outline's bounding box, not its centroid, at (x, y)."""
+    turned = at(obstacle, (0.0, 0.0), yaw)
+    west, south, east, north = turned.footprint.polygon().bounds
+    middle = np.array([0.5 * (west + east), 0.5 * (south + north)])
+    return at(obstacle, np.array([x, y]) - middle, yaw)

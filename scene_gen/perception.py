@@ -1,0 +1,85 @@
+"""Perception profiles: what a classifier would report about each obstacle.
+
+* `truth`: one-hot on the true class, exact material (the paper's fallback, II.B).
+* `noisy`: scores from a Dirichlet, calibrated: among obstacles with s(c) = p, a share
+  p is of class c. With base rates pi and concentration k, the scores of an obstacle of
+  class c are Dirichlet(k pi + e_c); by Bayes' rule the posterior of c given s is s(c).
+  The most likely class is right for about 80 % of obstacles.
+* `misleading`: the reported class is right half the time and always overconfident.
+
+In the last two, density and friction carry a log-normal error of 15 %.
+"""
+
+import msgspec
+import numpy as np
+
+from beacon_mj.constants import CLASSES
+from beacon_mj.scene import Obstacle, Perceived, Profile, Scene
+from beacon_mj.streams import stream
+
+BASE_RATES = (
+    0.4,
+    0.35,
+    0.25,
+)  #: Shares of safe, movable, fragile; `noisy` assumes them.
+CONCENTRATION = 0.7  #: k of the noisy profile; smaller is surer.
+SCORE_FLOOR = 0.01  #: Least score reported, so that evidence can revise it.
+MATERIAL_ERROR = 0.15  #: Standard deviation of the logarithm of density and friction.
+MISLEADING_ACCURACY = 0.5
+MISLEADING_CONFIDENCE = (0.85, 0.97)  #: Range of the score of the reported class.
+
+
+def perceive(scene: Scene, profile: Profile, seed: int) -> Scene:
+    """Return the scene with perceived values redrawn for `profile`.
+
+    Args:
+        scene: Any scene; its own perceived values are replaced.
+        profile: Name of the perception profile.
+        seed: The perception seed.
+    """
+    rng = stream("perception", seed, profile, scene.family, scene.index)
+    obstacles = tuple(
+        msgspec.structs.replace(o, perceived=_perceived(o, profile, rng))
+        for o in scene.obstacles
+    )
+    return msgspec.structs.replace(scene, perception=profile, obstacles=obstacles)
+
+
+def _perceived(o: Obstacle, profile: Profile, rng: np.random.Generator) -> Perceived:
+    truth = CLASSES.index(o.interaction)
+    if profile == "truth":
+        one_hot = [0.0, 0.0, 0.0]
+        one_hot[truth] = 1.0
+        return Perceived(
+            scores=(one_hot[0], one_hot[1], one_hot[2]),
+            density_kgm3=o.density_kgm3,
+            friction=o.friction,
+        )
+    draw = _noisy_scores if profile == "noisy" else _misleading_scores
+    scores = np.maximum(draw(truth, rng), SCORE_FLOOR)
+    a, b, c = (round(float(s), 6) for s in scores / scores.sum())
+    error = np.exp(MATERIAL_ERROR * rng.standard_normal(2))
+    return Perceived(
+        scores=(a, b, c),
+        density_kgm3=round(o.density_kgm3 * float(error[0]), 6),
+        friction=round(o.friction * float(error[1]), 6),
+    )
+
+
+def _noisy_scores(truth: int, rng: np.random.Generator) -> np.ndarray:
+    alpha = CONCENTRATION * np.array(BASE_RATES)
+    alpha[truth] += 1.0
+    return rng.dirichlet(alpha)
+
+
+def _misleading_scores(truth: int, rng: np.random.Generator) -> np.ndarray:
+    reported = truth
+    if rng.random() >= MISLEADING_ACCURACY:
+        reported = (truth + 1 + int(rng.integers(2))) % 3
+    confidence = rng.uniform(*MISLEADING_CONFIDENCE)
+    split = rng.random()
+    scores = np.empty(3)
+    scores[reported] = confidence
+    scores[(reported + 1) % 3] = (1.0 - confidence) * split
+    scores[(reported + 2) % 3] = (1.0 - confidence) * (1.0 - split)
+    return scores
