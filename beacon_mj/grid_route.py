@@ -70,7 +70,7 @@ class GridRoute:
         self._charge(changed, extra)
         reachable = np.isfinite(engine.compute())
         self.last_expansions = engine.expansions - before
-        return self._polyline(position) if reachable else None
+        return self._polyline(position, footprints) if reachable else None
 
     def _charge(self, changed: Cells, extra: Array | None) -> None:
         """Hand the costs that differ to the search."""
@@ -102,10 +102,10 @@ class GridRoute:
                     return int(cell)
         return here
 
-    def _polyline(self, position: Array) -> Array:
-        """Cell centres from start to goal, between the exact ends."""
-        cells = self.engine.path()
-        points = self.field.grid.centres(cells)
-        if cells[-1] == self.field.grid.cell(self._task.goal_m):
+    def _polyline(self, position: Array, footprints: Footprints) -> Array:
+        """Cell centres from start to goal, between exact ends where these are free."""
+        points = self.field.grid.centres(self.engine.path())
+        last = np.stack([points[-1], self._task.goal_m])
+        if is_clear(last, footprints, self.inflation_m):
             points[-1] = self._task.goal_m
         return np.concatenate([position[None], points])

@@ -161,7 +161,7 @@ def _edge(search: _Search, u: int, k: int) -> float:
     """Cost of going from u along step k [m]."""
     cost = search.cost
     v = u + _ROW_STEP[k] * search.cols + _COL_STEP[k]
-    length = search.cell_m * _STEP_LENGTH[k] * (1.0 + cost[v])
+    length: float = search.cell_m * _STEP_LENGTH[k] * (1.0 + cost[v])
     if math.isinf(cost[u]) or math.isinf(length):
         return np.inf
     if k >= 4 and (

@@ -19,14 +19,12 @@ from beacon_mj.shortcut import is_clear, length, shorten
 class DStarLiteConfig:
     """How `DStarLitePlanner` sees the world; lengths in [m]."""
 
-    #: Edge length of a grid cell.
-    cell_m: float = 0.025
+    #: Edge length of a grid cell, halved twice where the map seems to be closed.
+    cell_m: float = 0.05
     #: Distance that the disc keeps from footprints while there is room.
     margin_m: float = 0.015
     #: Distance that it keeps in the narrowest passages.
     tight_margin_m: float = 0.005
-    #: Edge length of a grid cell for the narrowest passages.
-    tight_cell_m: float = 0.0125
     #: Distance from its path that the robot may have in corners.
     tolerance_m: float = 0.005
 
@@ -36,8 +34,7 @@ class DStarLiteConfig:
         Raises:
             PlannerError: If a field is out of range.
         """
-        expect_between("cell_m", self.cell_m, 0.005, 0.1)
-        expect_between("tight_cell_m", self.tight_cell_m, 0.005, self.cell_m)
+        expect_between("cell_m", self.cell_m, 0.01, 0.1)
         expect_between("margin_m", self.margin_m, 0.0, 0.1)
         expect_between("tight_margin_m", self.tight_margin_m, 0.0, self.margin_m)
         expect("tolerance_m", self.tolerance_m, "positive", self.tolerance_m > 0.0)
@@ -51,8 +48,8 @@ class DStarLitePlanner(Planner):
     path is pulled tight against the exact footprints and tracked at full speed, so
     that the baseline does not suffer from the grid's corners.
 
-    Where the map leaves no way, the planner goes on with less margin, then with finer
-    cells, and once these fail too it gives up.
+    Where the map leaves no way, the planner goes on with finer cells, then with still
+    finer ones and less margin, and once these fail too it gives up.
     """
 
     Config: ClassVar[type[DStarLiteConfig]] = DStarLiteConfig
@@ -64,8 +61,8 @@ class DStarLitePlanner(Planner):
         cfg = self.config
         self._levels = [
             (cfg.cell_m, cfg.margin_m),
-            (cfg.cell_m, cfg.tight_margin_m),
-            (cfg.tight_cell_m, cfg.tight_margin_m),
+            (cfg.cell_m / 2, cfg.margin_m),
+            (cfg.cell_m / 4, cfg.tight_margin_m),
         ]
         self._next_level()
         self._path = self._route.plan(task.start_m, Footprints())
