@@ -1,1 +1,67 @@
-"""beacon-mj: contact-revealed navigation in MuJoCo."""
+"""beacon-mj: contact-revealed navigation in MuJoCo.
+
+Names are imported when they are first used, so that `import beacon_mj` is cheap.
+"""
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+__version__ = "0.1.0"
+
+if TYPE_CHECKING:
+    from beacon_mj.conformance import check_planner as check_planner
+    from beacon_mj.episode import run_episode as run_episode
+    from beacon_mj.errors import BeaconError as BeaconError
+    from beacon_mj.eval.metrics import measure as measure
+    from beacon_mj.observation import Command as Command
+    from beacon_mj.observation import Observation as Observation
+    from beacon_mj.observation import Rationale as Rationale
+    from beacon_mj.observation import SensedObstacle as SensedObstacle
+    from beacon_mj.observation import Task as Task
+    from beacon_mj.planners.base import Planner as Planner
+    from beacon_mj.planners.registry import load_planner as load_planner
+    from beacon_mj.planners.registry import planner_names as planner_names
+    from beacon_mj.protocol import Protocol as Protocol
+    from beacon_mj.scene import Scene as Scene
+    from beacon_mj.scene import check_scene as check_scene
+    from beacon_mj.scene import load_scene as load_scene
+    from beacon_mj.scene_gen.generate import generate_scene as generate_scene
+    from beacon_mj.trace import Trace as Trace
+    from beacon_mj.world import World as World
+
+_HOME = {
+    "BeaconError": "beacon_mj.errors",
+    "Command": "beacon_mj.observation",
+    "Observation": "beacon_mj.observation",
+    "Planner": "beacon_mj.planners.base",
+    "Protocol": "beacon_mj.protocol",
+    "Rationale": "beacon_mj.observation",
+    "Scene": "beacon_mj.scene",
+    "SensedObstacle": "beacon_mj.observation",
+    "Task": "beacon_mj.observation",
+    "Trace": "beacon_mj.trace",
+    "World": "beacon_mj.world",
+    "check_planner": "beacon_mj.conformance",
+    "check_scene": "beacon_mj.scene",
+    "generate_scene": "beacon_mj.scene_gen.generate",
+    "load_planner": "beacon_mj.planners.registry",
+    "load_scene": "beacon_mj.scene",
+    "measure": "beacon_mj.eval.metrics",
+    "planner_names": "beacon_mj.planners.registry",
+    "run_episode": "beacon_mj.episode",
+}
+__all__ = ["__version__", *_HOME]
+
+
+def __getattr__(name: str) -> Any:
+    """Import a public name from its home (PEP 562)."""
+    if name not in _HOME:
+        raise AttributeError(f"module 'beacon_mj' has no attribute {name!r}")
+    value = getattr(importlib.import_module(_HOME[name]), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    """Return the public names, imported or not."""
+    return sorted(__all__)

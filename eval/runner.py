@@ -1,0 +1,128 @@
+"""Running an evaluation on several processes.
+
+Jobs are independent and seeded by what they are, not by when or where they run, so
+results do not depend on the number of workers or the order. A process that dies takes
+its pool with it: the jobs that were under way are then run again, each episode in a
+process of its own, and only an episode that kills its process twice is lost.
+"""
+
+import multiprocessing
+import signal
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures.process import BrokenProcessPool
+from functools import partial
+from pathlib import Path
+
+from beacon_mj.eval.config import RunConfig, SceneRef, load_ref
+from beacon_mj.eval.jobs import Job, lost_row, run_job
+from beacon_mj.eval.row import Row
+
+AHEAD = 2  #: Jobs handed to each worker in advance, so that none waits.
+
+
+def plan(
+    config: RunConfig, refs: Sequence[SceneRef], done: Iterable[Row] = ()
+) -> list[Job]:
+    """Return the jobs that are left to do.
+
+    Args:
+        config: The evaluation.
+        refs: Its scenes.
+        done: Rows of episodes that are finished.
+    """
+    finished = {row.key for row in done}
+    jobs = []
+    for ref in refs:
+        names = tuple(
+            e.name
+            for e in config.planners
+            if (e.name, ref.family, ref.index) not in finished
+        )
+        if names:
+            jobs.append(Job(ref, names))
+    return jobs
+
+
+def run_jobs(
+    config: RunConfig,
+    jobs: Sequence[Job],
+    folder: Path | None = None,
+    workers: int = 1,
+) -> Iterator[list[Row]]:
+    """Run jobs and yield the rows of each as it finishes, in any order.
+
+    Args:
+        config: The evaluation.
+        jobs: What to run.
+        folder: Run folder, for logs; None for no logs.
+        workers: Processes; with 1 everything runs in this one, for a debugger's sake.
+
+    Raises:
+        BeaconError: If a scene cannot be made or read.
+    """
+    work = partial(run_job, config, folder)
+    if workers == 1:
+        yield from map(work, jobs)
+        return
+    left = {job.ref: job for job in jobs}
+    while left:
+        sent: dict[SceneRef, Job] = {}
+        try:
+            for ref, rows in _parallel(work, list(left.values()), sent, workers):
+                del left[ref]
+                yield rows
+        except BrokenProcessPool:
+            for ref, job in sent.items():
+                if left.pop(ref, None):
+                    yield [_alone(config, work, one) for one in job.split()]
+
+
+def _parallel(
+    work: Callable[[Job], list[Row]],
+    jobs: Sequence[Job],
+    sent: dict[SceneRef, Job],
+    workers: int,
+) -> Iterator[tuple[SceneRef, list[Row]]]:
+    """Yield results as they come; note in `sent` every job that a worker may hold."""
+    import joblib
+
+    def feed() -> Iterator[object]:
+        for job in jobs:
+            sent[job.ref] = job
+            yield joblib.delayed(_tagged)(work, job)
+
+    with joblib.parallel_config(backend="loky", inner_max_num_threads=1):
+        pool = joblib.Parallel(
+            n_jobs=workers,
+            return_as="generator_unordered",
+            batch_size=1,
+            pre_dispatch=AHEAD * workers,
+            initializer=_ignore_interrupts,
+        )
+        yield from pool(feed())
+
+
+def _tagged(work: Callable[[Job], list[Row]], job: Job) -> tuple[SceneRef, list[Row]]:
+    return job.ref, work(job)
+
+
+def _alone(config: RunConfig, work: Callable[[Job], list[Row]], job: Job) -> Row:
+    """Run one episode in a process of its own; if that dies too, the planner failed."""
+    from joblib.externals.loky import ProcessPoolExecutor
+
+    pool = ProcessPoolExecutor(max_workers=1, initializer=_ignore_interrupts)
+    try:
+        rows: list[Row] = pool.submit(work, job).result()
+        return rows[0]
+    except BrokenProcessPool:
+        scene = load_ref(config, job.ref)
+        detail = "the process died while the planner ran"
+        return lost_row(config, scene, job.planners[0], "planner_error", detail)
+    finally:
+        pool.shutdown(kill_workers=True)
+
+
+def _ignore_interrupts() -> None:
+    """Leave Ctrl-C to the parent, which stops its workers itself."""
+    if multiprocessing.parent_process() is not None:
+        signal.signal(signal.SIGINT, signal.SIG_IGN)

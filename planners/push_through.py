@@ -1,0 +1,56 @@
+"""Straight to the goal, whatever stands there: the lower anchor of every table."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from beacon_mj.observation import Command, Observation, Rationale, Task
+from beacon_mj.planners.base import Planner
+from beacon_mj.planners.checks import expect_between
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class PushThroughConfig:
+    """How `PushThrough` drives."""
+
+    #: Share of the speed limit at which it drives, in (0, 1].
+    speed_share: float = 1.0
+
+    def __post_init__(self) -> None:
+        """Check the range.
+
+        Raises:
+            PlannerError: If a field is out of range.
+        """
+        expect_between("speed_share", self.speed_share, 0.01, 1.0)
+
+
+class PushThrough(Planner):
+    """v = share v_max (goal - x) / ||goal - x||, slower only to stop at the goal.
+
+    It uses nothing that is sensed. What it breaks, and where it gets stuck, is what a
+    planner gains by looking.
+    """
+
+    Config: ClassVar[type[PushThroughConfig]] = PushThroughConfig
+    config: PushThroughConfig
+
+    def reset(self, task: Task) -> None:
+        """Take note of the goal."""
+        self._task = task
+
+    def act(self, observation: Observation) -> Command:
+        """Drive at the goal."""
+        task = self._task
+        offset = task.goal_m - observation.position_m
+        distance = float(np.hypot(*offset))
+        limit = self.config.speed_share * task.speed_mps
+        speed = min(limit, distance / task.control_period_s)
+        return Command(
+            velocity_mps=offset * (speed / max(distance, 1e-9)),
+            rationale=Rationale(
+                reason="Straight to the goal.",
+                path_m=np.array([observation.position_m, task.goal_m]),
+            ),
+        )
