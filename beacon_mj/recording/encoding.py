@@ -1,0 +1,190 @@
+"""From the records of one control step to messages."""
+
+from typing import Any
+
+import numpy as np
+
+from beacon_mj.geometry import Array
+from beacon_mj.observation import Observation, Rationale, SensedObstacle
+from beacon_mj.recording.drawing import ARENA, stamp
+from beacon_mj.recording.messages import message
+from beacon_mj.trace import StepRecord
+from beacon_mj.world import Damage, PairForce
+from beacon_mj.world.pushes import AttemptEnd
+
+
+def step_message(record: StepRecord) -> Any:
+    """Return the scalars of a control step, with displacements and topples."""
+    outcome = record.outcome
+    out = message("beacon_mj.Step")(
+        step=outcome.step,
+        time_s=outcome.time_s,
+        drive_effort=outcome.drive_effort,
+        actuator_work_j=outcome.actuator_work_j,
+        battery=record.battery,
+        newly_sensed=record.newly_sensed,
+        toppled=outcome.toppled,
+    )
+    set_planar(out.position_m, outcome.position_m)
+    set_planar(out.velocity_mps, outcome.velocity_mps)
+    set_planar(out.bumper_force_n, outcome.bumper_force_n)
+    for d in outcome.displacements:
+        out.displacements.add(
+            obstacle=d.obstacle, distance_m=d.distance_m, chain=d.chain
+        )
+    return out
+
+
+def start_message(observation: Observation) -> Any:
+    """Return the same message for the start: step 0, with what is sensed there."""
+    out = message("beacon_mj.Step")(
+        battery=observation.battery,
+        newly_sensed=[o.id for o in observation.obstacles],
+    )
+    set_planar(out.position_m, observation.position_m)
+    set_planar(out.velocity_mps, observation.velocity_mps)
+    set_planar(out.bumper_force_n, observation.bumper_force_n)
+    return out
+
+
+def command_message(velocity_mps: Array) -> Any:
+    """Return a velocity command [m/s]."""
+    out = message("beacon_mj.Command")()
+    set_planar(out.velocity_mps, velocity_mps)
+    return out
+
+
+def decision_message(rationale: Rationale) -> Any:
+    """Return why a command was chosen; path and beliefs have topics of their own."""
+    out = message("beacon_mj.Decision")(
+        action=rationale.action,
+        reason=rationale.reason,
+        replanned=rationale.replanned,
+        expansions=rationale.expansions,
+        has_path=rationale.path_m is not None,
+    )
+    if rationale.target is not None:
+        out.target = rationale.target
+    if rationale.cost_push is not None:
+        out.cost_push = float(rationale.cost_push)
+    if rationale.cost_detour is not None:
+        out.cost_detour = float(rationale.cost_detour)
+    for name, value in rationale.terms.items():
+        out.terms.add(name=name, value=float(value))
+    return out
+
+
+def belief_message(rationale: Rationale) -> Any:
+    """Return the class probabilities of every obstacle that a planner knows."""
+    out = message("beacon_mj.Belief")()
+    for name, (safe, movable, fragile) in rationale.beliefs.items():
+        out.obstacles.add(obstacle=name, safe=safe, movable=movable, fragile=fragile)
+    return out
+
+
+def plan_message(path_m: Array, time_ns: int) -> Any:
+    """Return a path (m, 2) [m] as poses on the floor."""
+    out = message("foxglove.PosesInFrame")(frame_id=ARENA)
+    stamp(out.timestamp, time_ns)
+    for x, y in path_m.tolist():
+        pose = out.poses.add()
+        set_planar(pose.position, (x, y))
+        pose.orientation.w = 1.0
+    return out
+
+
+def robot_message(position_m: Array, time_ns: int) -> Any:
+    """Return the robot's pose; it does not turn."""
+    out = message("foxglove.PoseInFrame")(frame_id=ARENA)
+    stamp(out.timestamp, time_ns)
+    set_planar(out.pose.position, position_m)
+    out.pose.orientation.w = 1.0
+    return out
+
+
+def contacts_message(contacts: tuple[PairForce, ...]) -> Any:
+    """Return every obstacle contact of a step."""
+    out = message("beacon_mj.Contacts")()
+    for c in contacts:
+        entry = out.contacts.add(
+            obstacle=c.obstacle,
+            counterpart=c.counterpart,
+            filtered_n=c.filtered_n,
+            peak_n=c.peak_n,
+            filtered_peak_n=c.filtered_peak_n,
+            impulse_ns=c.impulse_ns,
+        )
+        force, point = entry.force_n, entry.point_m
+        force.x, force.y, force.z = c.force_n.tolist()
+        point.x, point.y, point.z = c.point_m.tolist()
+    return out
+
+
+def sensed_message(visible: list[str], updated: list[SensedObstacle]) -> Any:
+    """Return what is in range now, and the obstacles whose map entry changed."""
+    out = message("beacon_mj.Sensed")(visible=visible)
+    for o in updated:
+        entry = out.updated.add(
+            obstacle=o.id,
+            density_kgm3=o.density_kgm3,
+            friction=o.friction,
+            broken=o.broken,
+        )
+        set_planar(entry.centroid_m, o.centroid_m)
+        scores = entry.scores
+        scores.safe, scores.movable, scores.fragile = o.scores
+    return out
+
+
+class StateDelta:
+    """Turns states into messages that hold only what changed, bit for bit."""
+
+    def __init__(self) -> None:
+        """Start with nothing: the first state is written in full."""
+        self._qpos = np.zeros(0, np.int64)
+        self._qvel = np.zeros(0, np.int64)
+
+    def message(self, step: int, qpos: Array, qvel: Array) -> Any:
+        """Return the state after `step`, as changes since the last call."""
+        out = message("beacon_mj.State")(step=step)
+        bits, rates = qpos.view(np.int64), qvel.view(np.int64)
+        if len(self._qpos) == 0:
+            out.full = True
+            out.qpos.extend(qpos.tolist())
+            out.qvel.extend(qvel.tolist())
+        else:
+            for index, values, now, before in (
+                (out.qpos_index, out.qpos, bits, self._qpos),
+                (out.qvel_index, out.qvel, rates, self._qvel),
+            ):
+                changed = np.flatnonzero(now != before)
+                index.extend(changed.tolist())
+                values.extend(now[changed].view(np.float64).tolist())
+        self._qpos, self._qvel = bits.copy(), rates.copy()
+        return out
+
+
+def set_planar(target: Any, values: Any) -> None:
+    """Write x and y of a vector message."""
+    target.x, target.y = float(values[0]), float(values[1])
+
+
+def push_message(attempt: AttemptEnd, obstacle: str) -> Any:
+    """Return how a push attempt on `obstacle` ended."""
+    return message("beacon_mj.Push")(
+        obstacle=obstacle,
+        evidence=attempt.evidence,
+        force_n=attempt.force_n,
+        began_s=attempt.began_s,
+        ended_s=attempt.ended_s,
+    )
+
+
+def damage_message(damage: Damage) -> Any:
+    """Return that an obstacle broke."""
+    return message("beacon_mj.Damage")(
+        obstacle=damage.obstacle,
+        counterpart=damage.counterpart,
+        force_n=damage.force_n,
+        time_s=damage.time_s,
+    )

@@ -1,0 +1,78 @@
+"""What a log says about where it came from: versions, configuration, result."""
+
+import functools
+import platform
+from collections.abc import Mapping
+from importlib import metadata
+from typing import Any
+
+import msgspec
+import mujoco
+import numpy as np
+
+from beacon_mj.trace import Trace
+
+#: Columns of an episode's row that depend on the clock; in no log that must be equal.
+WALL_CLOCK = frozenset({"plan_ms_p50", "plan_ms_p99", "wall_time_s"})
+_PACKAGES = ("beacon-mj", "mujoco", "numpy", "shapely")
+
+
+@functools.cache
+def versions() -> dict[str, str]:
+    """Return the versions on which bitwise equal physics depends."""
+    found = {name: _version(name) for name in _PACKAGES}
+    return found | {
+        "mujoco": str(mujoco.__version__),
+        "python": platform.python_version(),
+        "machine": platform.machine(),
+    }
+
+
+def _version(package: str) -> str:
+    try:
+        return metadata.version(package)
+    except metadata.PackageNotFoundError:
+        return "unknown"
+
+
+def config(trace: Trace, planner_config: Any, seed: int) -> dict[str, str]:
+    """Return what is needed to repeat an episode, as metadata."""
+    scene = trace.scene
+    return {
+        "planner": trace.planner,
+        "planner_config": to_json(planner_config),
+        "planner_seed": str(seed),
+        "protocol": to_json(trace.protocol),
+        "family": scene.family,
+        "index": str(scene.index),
+        "scene_seed": str(scene.seed),
+        "perception": scene.perception,
+        "scene_sha256": scene.sha256,
+    }
+
+
+def result(trace: Trace, row: Mapping[str, Any] | None) -> dict[str, str]:
+    """Return how an episode ended, as metadata."""
+    out = {
+        "outcome": str(trace.outcome),
+        "detail": trace.detail,
+        "steps": str(len(trace.steps)),
+    }
+    return out if row is None else out | {"row": to_json(stable_row(row))}
+
+
+def stable_row(row: Mapping[str, Any]) -> dict[str, Any]:
+    """Return an episode's row without its wall-clock columns."""
+    return {name: value for name, value in row.items() if name not in WALL_CLOCK}
+
+
+def to_json(value: Any) -> str:
+    """Return JSON in which floats keep every digit; NaN and infinity become null."""
+    return msgspec.json.encode(value, enc_hook=_plain).decode()
+
+
+def _plain(value: Any) -> Any:
+    """Return a NumPy scalar, an array or anything else as what JSON knows."""
+    if isinstance(value, np.generic | np.ndarray):
+        return value.tolist()
+    return str(value)

@@ -1,0 +1,243 @@
+"""The only way into a log, finished or not."""
+
+import hashlib
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+from google.protobuf.message import DecodeError
+from mcap.records import Attachment, Channel, McapRecord, Message, Metadata, Schema
+
+from beacon_mj.errors import LogError, SceneError
+from beacon_mj.geometry import Array
+from beacon_mj.protocol import Protocol
+from beacon_mj.recording.container import Container
+from beacon_mj.recording.drawing import NS
+from beacon_mj.recording.messages import message
+from beacon_mj.recording.schemas import SCENE_NAME, TOPICS, WORLD_NAME
+from beacon_mj.scene import Scene, parse_scene
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Log:
+    """One episode's log.
+
+    Attributes:
+        path: Where it was read.
+        finished: Whether the episode ended and the file is whole.
+        scene: The attached scene.
+        mjcf: The attached MJCF world; never compile it, regenerate it from `scene`.
+        config: Planner, its configuration, protocol and seeds, as text.
+        versions: Versions of the engine and of what else the numbers depend on.
+        result: Outcome, detail, steps and row, as text; empty if unfinished.
+        protocol: How the episode was run.
+        messages: Decoded messages of each topic with their times [ns], in order.
+        qpos: Generalised positions at the start and after each step, (steps + 1, nq).
+        qvel: Generalised velocities, (steps + 1, nv).
+    """
+
+    path: Path
+    finished: bool
+    scene: Scene
+    mjcf: str
+    config: dict[str, str]
+    versions: dict[str, str]
+    result: dict[str, str]
+    protocol: Protocol
+    messages: dict[str, list[tuple[int, Any]]]
+    qpos: Array
+    qvel: Array
+
+    @property
+    def steps(self) -> int:
+        """Number of whole control steps in the log."""
+        return len(self.qpos) - 1
+
+    @property
+    def planner(self) -> str:
+        """Name of the planner."""
+        return self.config.get("planner", "unknown")
+
+    @property
+    def row(self) -> dict[str, Any] | None:
+        """The stored row of the episode, or None."""
+        text = self.result.get("row")
+        try:
+            return None if text is None else dict(msgspec.json.decode(text))
+        except (msgspec.DecodeError, TypeError, ValueError) as error:
+            raise LogError(f"{self.path}: the stored row is no JSON object.") from error
+
+    def at(self, topic: str) -> Iterator[tuple[float, Any]]:
+        """Yield (time [s], message) of one topic."""
+        for time_ns, found in self.messages[topic]:
+            yield time_ns / NS, found
+
+
+@dataclass(slots=True)
+class _Raw:
+    """What a pass over the records collects."""
+
+    attachments: dict[str, bytes] = field(default_factory=dict)
+    metadata: dict[str, dict[str, str]] = field(default_factory=dict)
+    topics: dict[int, str] = field(default_factory=dict)
+    schemas: dict[int, Schema] = field(default_factory=dict)
+    messages: list[Message] = field(default_factory=list)
+
+
+def read_log(path: str | Path) -> Log:
+    """Read and check a log.
+
+    A log that broke off, such as a `.part` file, is read up to its last whole step.
+
+    Raises:
+        LogError: If the file is missing, damaged, too large, or not a log of this
+            project; the message names the file, what was expected and what was found.
+    """
+    path = Path(path)
+    container = Container(path)
+    raw = _Raw()
+    for record in container.records():
+        _collect(raw, record, path)
+    _check_attachments(raw, path)
+    messages = _whole_steps(_decoded(raw, path))
+    qpos, qvel = _states(messages, path)
+    return Log(
+        path=path,
+        finished=container.whole and "result" in raw.metadata,
+        scene=_scene(raw, path),
+        mjcf=raw.attachments[WORLD_NAME].decode(errors="replace"),
+        config=raw.metadata.get("config", {}),
+        versions=raw.metadata.get("versions", {}),
+        result=raw.metadata.get("result", {}),
+        protocol=_protocol(raw, path),
+        messages=messages,
+        qpos=qpos,
+        qvel=qvel,
+    )
+
+
+def _collect(raw: _Raw, record: McapRecord, path: Path) -> None:
+    match record:
+        case Attachment():
+            raw.attachments[record.name] = record.data
+        case Metadata():
+            raw.metadata[record.name] = record.metadata
+        case Schema():
+            raw.schemas[record.id] = record
+        case Channel():
+            raw.topics[record.id] = record.topic
+            _check_channel(raw, record, path)
+        case Message():
+            raw.messages.append(record)
+
+
+def _check_channel(raw: _Raw, channel: Channel, path: Path) -> None:
+    """Check that a known topic carries the message it should."""
+    expected = TOPICS.get(channel.topic)
+    schema = raw.schemas.get(channel.schema_id)
+    found = "no schema" if schema is None else schema.name
+    if expected is not None and found != expected:
+        raise LogError(
+            f"{path}: expected {channel.topic} to carry {expected} but it carries "
+            f"{found}."
+        )
+
+
+def _check_attachments(raw: _Raw, path: Path) -> None:
+    """Check that the attachments are there and are those that were written."""
+    digests = raw.metadata.get("attachments", {})
+    for name in (SCENE_NAME, WORLD_NAME):
+        if name not in raw.attachments or name not in digests:
+            raise LogError(
+                f"{path}: expected attachment {name!r} and its SHA-256 but they are "
+                "missing: not a log of beacon-mj, or it broke off at its beginning."
+            )
+        found = hashlib.sha256(raw.attachments[name]).hexdigest()
+        if found != digests[name]:
+            raise LogError(
+                f"{path}: expected attachment {name!r} to have SHA-256 "
+                f"{digests[name][:16]}... but it has {found[:16]}..."
+            )
+
+
+def _scene(raw: _Raw, path: Path) -> Scene:
+    try:
+        return parse_scene(raw.attachments[SCENE_NAME], f"{path}: {SCENE_NAME}")
+    except SceneError as error:
+        raise LogError(str(error)) from error
+
+
+def _protocol(raw: _Raw, path: Path) -> Protocol:
+    text = raw.metadata.get("config", {}).get("protocol", "")
+    try:
+        return msgspec.json.decode(text, type=Protocol)
+    except (msgspec.DecodeError, UnicodeEncodeError) as error:
+        raise LogError(f"{path}: the stored protocol is not valid: {error}.") from error
+
+
+def _decoded(raw: _Raw, path: Path) -> list[tuple[str, int, Any]]:
+    """Return (topic, time [ns], message) of every known topic, in file order."""
+    classes = {topic: message(name) for topic, name in TOPICS.items()}
+    out = []
+    for record in raw.messages:
+        topic = raw.topics.get(record.channel_id, "")
+        if topic not in classes:
+            continue
+        try:
+            found = classes[topic].FromString(record.data)
+        except DecodeError as error:
+            raise LogError(
+                f"{path}: a message on {topic} is no {TOPICS[topic]}: {error}."
+            ) from error
+        out.append((topic, record.log_time, found))
+    return out
+
+
+def _whole_steps(
+    decoded: list[tuple[str, int, Any]],
+) -> dict[str, list[tuple[int, Any]]]:
+    """Sort messages by topic, without those of a step that broke off.
+
+    `/step` is the last message of its step; only `/log` may follow the last.
+    """
+    last = max((k for k, m in enumerate(decoded) if m[0] == "/step"), default=-1)
+    out: dict[str, list[tuple[int, Any]]] = {topic: [] for topic in TOPICS}
+    for k, (topic, time_ns, found) in enumerate(decoded):
+        if k <= last or topic == "/log":
+            out[topic].append((time_ns, found))
+    return out
+
+
+def _states(
+    messages: dict[str, list[tuple[int, Any]]], path: Path
+) -> tuple[Array, Array]:
+    """Return every state, (steps + 1, nq) and (steps + 1, nv)."""
+    found = messages["/state"]
+    if not found or not found[0][1].full or len(found) != len(messages["/step"]):
+        raise LogError(
+            f"{path}: expected a full state at the start and one state per step but "
+            f"there are {len(found)} states and {len(messages['/step'])} steps."
+        )
+    qpos = np.array(found[0][1].qpos, np.float64)
+    qvel = np.array(found[0][1].qvel, np.float64)
+    positions, rates = [qpos], [qvel]
+    for _, state in found[1:]:
+        positions.append(_advanced(positions[-1], state.qpos_index, state.qpos, path))
+        rates.append(_advanced(rates[-1], state.qvel_index, state.qvel, path))
+    return np.array(positions), np.array(rates)
+
+
+def _advanced(before: Array, index: Any, values: Any, path: Path) -> Array:
+    """Return a state with some of its numbers replaced."""
+    where = np.array(index, np.int64)
+    if len(where) != len(values) or (len(where) and where.max() >= len(before)):
+        raise LogError(
+            f"{path}: expected a state to change numbers it has but it changes "
+            f"{len(where)} places to {len(values)} values."
+        )
+    after = before.copy()
+    after[where] = np.array(values, np.float64)
+    return after

@@ -1,0 +1,221 @@
+"""From a log back to the trace of its episode, exactly."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, get_args
+
+import numpy as np
+
+from beacon_mj.errors import LogError
+from beacon_mj.geometry import Array
+from beacon_mj.observation import (
+    Action,
+    Command,
+    Evidence,
+    Probabilities,
+    Rationale,
+)
+from beacon_mj.recording.reader import Log, read_log
+from beacon_mj.trace import Outcome, StepRecord, Trace
+from beacon_mj.world.outcome import Damage, Displacement, PairForce, StepOutcome
+from beacon_mj.world.pushes import AttemptEnd
+
+
+def read_trace(path: str | Path) -> Trace:
+    """Return the trace of a logged episode; see `rebuild_trace`."""
+    return rebuild_trace(read_log(path))
+
+
+def rebuild_trace(log: Log) -> Trace:
+    """Return the trace from which every metric can be computed again.
+
+    It equals the live one bit for bit but for wall-clock times, which are zero. The
+    outcome of an unfinished log is None.
+
+    Raises:
+        LogError: If the log holds something that no episode writes.
+    """
+    try:
+        return _Rebuild(log).trace()
+    except (KeyError, IndexError, StopIteration) as error:
+        raise LogError(
+            f"{log.path}: expected consistent messages but one names or needs what is "
+            f"not there: {error}."
+        ) from error
+
+
+class _Rebuild:
+    """Walks through the steps of a log once."""
+
+    def __init__(self, log: Log) -> None:
+        self._log = log
+        self._number = {o.id: i for i, o in enumerate(log.scene.obstacles)}
+        self._plan = _Latest(log.messages["/plan"])
+        self._belief = _Latest(log.messages["/belief"])
+        self._path: Array | None = None
+        self._beliefs: dict[str, Probabilities] = {}
+        self._contacts = _by_time(log, "/contacts")
+        self._pushes = _by_time(log, "/push")
+        self._damages = _by_time(log, "/damage")
+
+    def trace(self) -> Trace:
+        """Return the whole trace."""
+        log = self._log
+        start, *steps = log.messages["/step"]
+        commands = log.messages["/command"]
+        decisions = log.messages["/decision"]
+        if not len(steps) == len(commands) == len(decisions):
+            raise LogError(
+                f"{log.path}: expected one command and decision per step but there "
+                f"are {len(commands)} and {len(decisions)} for {len(steps)} steps."
+            )
+        trace = Trace(
+            planner=log.planner,
+            scene=log.scene,
+            protocol=log.protocol,
+            start_m=_planar(start[1].position_m),
+            first_sensed=tuple(start[1].newly_sensed),
+        )
+        trace.steps = [
+            self._record(command, decision, step)
+            for command, decision, step in zip(commands, decisions, steps, strict=True)
+        ]
+        if log.finished:
+            self._end(trace)
+        return trace
+
+    def _end(self, trace: Trace) -> None:
+        result = self._log.result
+        outcome = _one_of(Outcome, result.get("outcome", ""), self._log.path)
+        if result.get("steps") != str(len(trace.steps)):
+            raise LogError(
+                f"{self._log.path}: expected {result.get('steps')} steps, as its "
+                f"result says, but there are {len(trace.steps)}."
+            )
+        trace.outcome = outcome
+        trace.detail = result.get("detail", "")
+
+    def _record(
+        self, command: tuple[int, Any], decision: tuple[int, Any], step: tuple[int, Any]
+    ) -> StepRecord:
+        return StepRecord(
+            command=Command(
+                velocity_mps=_planar(command[1].velocity_mps),
+                rationale=self._rationale(*decision),
+            ),
+            outcome=self._outcome(*step),
+            battery=step[1].battery,
+            newly_sensed=tuple(step[1].newly_sensed),
+            decision_s=0.0,
+        )
+
+    def _rationale(self, time_ns: int, decision: Any) -> Rationale:
+        if (plan := self._plan.until(time_ns)) is not None:
+            rows = [(p.position.x, p.position.y) for p in plan.poses]
+            self._path = np.array(rows, np.float64).reshape(-1, 2)
+        if (belief := self._belief.until(time_ns)) is not None:
+            self._beliefs = {
+                b.obstacle: (b.safe, b.movable, b.fragile) for b in belief.obstacles
+            }
+        return Rationale(
+            action=_one_of(Action, decision.action, self._log.path),
+            reason=decision.reason,
+            target=_optional(decision, "target"),
+            cost_push=_optional(decision, "cost_push"),
+            cost_detour=_optional(decision, "cost_detour"),
+            terms={term.name: term.value for term in decision.terms},
+            path_m=self._path if decision.has_path else None,
+            beliefs=self._beliefs,
+            replanned=decision.replanned,
+            expansions=decision.expansions,
+        )
+
+    def _outcome(self, time_ns: int, step: Any) -> StepOutcome:
+        return StepOutcome(
+            step=step.step,
+            time_s=step.time_s,
+            position_m=_planar(step.position_m),
+            velocity_mps=_planar(step.velocity_mps),
+            bumper_force_n=_planar(step.bumper_force_n),
+            drive_effort=step.drive_effort,
+            actuator_work_j=step.actuator_work_j,
+            contacts=tuple(
+                _pair_force(c)
+                for message in self._contacts.get(time_ns, ())
+                for c in message.contacts
+            ),
+            attempts=tuple(self._attempt(p) for p in self._pushes.get(time_ns, ())),
+            displacements=tuple(
+                Displacement(d.obstacle, d.distance_m, tuple(d.chain))
+                for d in step.displacements
+            ),
+            damages=tuple(
+                Damage(d.obstacle, d.counterpart, d.force_n, d.time_s)
+                for d in self._damages.get(time_ns, ())
+            ),
+            toppled=tuple(step.toppled),
+        )
+
+    def _attempt(self, push: Any) -> AttemptEnd:
+        return AttemptEnd(
+            self._number[push.obstacle],
+            _one_of(Evidence, push.evidence, self._log.path),
+            push.force_n,
+            push.began_s,
+            push.ended_s,
+        )
+
+
+class _Latest:
+    """The last message of a topic that is written only on change."""
+
+    def __init__(self, messages: list[tuple[int, Any]]) -> None:
+        self._messages = messages
+        self._next = 0
+
+    def until(self, time_ns: int) -> Any | None:
+        """Return the newest message up to a time, if it is new since the last call."""
+        found = None
+        while (
+            self._next < len(self._messages)
+            and self._messages[self._next][0] <= time_ns
+        ):
+            found = self._messages[self._next][1]
+            self._next += 1
+        return found
+
+
+def _by_time(log: Log, topic: str) -> Mapping[int, list[Any]]:
+    out: dict[int, list[Any]] = {}
+    for time_ns, found in log.messages[topic]:
+        out.setdefault(time_ns, []).append(found)
+    return out
+
+
+def _pair_force(c: Any) -> PairForce:
+    return PairForce(
+        c.obstacle,
+        c.counterpart,
+        np.array((c.force_n.x, c.force_n.y, c.force_n.z)),
+        np.array((c.point_m.x, c.point_m.y, c.point_m.z)),
+        c.filtered_n,
+        c.peak_n,
+        c.filtered_peak_n,
+        c.impulse_ns,
+    )
+
+
+def _planar(vector: Any) -> Array:
+    return np.array((vector.x, vector.y))
+
+
+def _optional(found: Any, name: str) -> Any:
+    return getattr(found, name) if found.HasField(name) else None
+
+
+def _one_of(literal: Any, value: str, path: Path) -> Any:
+    """Return `value` if it is one of a Literal's."""
+    known = get_args(literal)
+    if value not in known:
+        raise LogError(f"{path}: expected one of {known} but it was {value!r}.")
+    return value

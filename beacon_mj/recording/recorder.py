@@ -1,0 +1,251 @@
+"""Writes one episode to one MCAP file while it runs.
+
+The file is written as `.part` and renamed when whole. Scene, world and configuration
+stand at its beginning, and every simulated second is flushed, so a run that is killed
+leaves a readable log of all but its last second. All times are simulation time:
+identical runs give identical bytes.
+"""
+
+import hashlib
+import os
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import IO, Any
+
+import numpy as np
+from mcap.writer import CompressionType, Writer
+
+from beacon_mj.errors import LogError, PlannerError
+from beacon_mj.geometry import Array, Footprint
+from beacon_mj.observation import Observation, Rationale
+from beacon_mj.recording import drawing, encoding, events, provenance
+from beacon_mj.recording.drawing import NS
+from beacon_mj.recording.messages import schema_data
+from beacon_mj.recording.schemas import SCENE_NAME, TOPICS, WORLD_NAME
+from beacon_mj.trace import StepRecord, Trace
+from beacon_mj.world import World
+
+CHUNK_BYTES = 1 << 20  #: A chunk is closed when it grows beyond this [bytes].
+
+
+class Recorder:
+    """Follows one episode and logs it; a `Listener` of `run_episode`."""
+
+    def __init__(
+        self,
+        path: Path,
+        *,
+        planner_config: Any = None,
+        seed: int = 0,
+        row: Callable[[Trace], Mapping[str, Any]] | None = None,
+    ) -> None:
+        """Prepare to write `path`; nothing is written before the episode begins.
+
+        Args:
+            path: The finished log; its folder is created when missing.
+            planner_config: The planner's configuration: anything msgspec can encode.
+            seed: The planner's seed.
+            row: Computes the episode's row, stored without its wall-clock columns.
+        """
+        self.path = Path(path)
+        self.part = self.path.with_name(self.path.name + ".part")
+        self._planner_config = planner_config
+        self._seed = seed
+        self._row = row
+        self._file: IO[bytes] | None = None
+        self._writer: Any = None
+        self._time_ns = 0
+
+    def begin(self, trace: Trace, world: World, observation: Observation) -> None:
+        """Open the file and write everything known before the first decision."""
+        with self._writing():
+            self._open(trace, world)
+            self._reset()
+            self._put("/scene", drawing.scene_update(world, 0))
+            self._log_transforms(world, observation, 0)
+            self._log_state(world, 0)
+            self._log_sensed(observation)
+            self._put("/step", encoding.start_message(observation))
+            self._writer.flush()
+
+    def step(self, record: StepRecord, world: World, observation: Observation) -> None:
+        """Write one control step; `/step` last, as the mark that it is whole."""
+        time_ns = round(record.outcome.time_s * NS)
+        with self._writing():
+            self._log_decision(record)
+            before, self._time_ns = self._time_ns, time_ns
+            self._log_transforms(world, observation, before)
+            self._log_state(world, record.outcome.step)
+            self._log_sensed(observation)
+            self._log_outcome(record, world)
+            self._put("/step", encoding.step_message(record))
+            if time_ns // NS > before // NS:
+                self._writer.flush()
+
+    def end(self, trace: Trace) -> None:
+        """Write the result and give the file its final name."""
+        row = None if self._row is None else self._row(trace)
+        assert self._file is not None, "end() before begin()"
+        with self._writing():
+            self._put("/log", events.ended(trace, self._time_ns))
+            self._writer.flush()
+            self._writer.add_metadata("result", provenance.result(trace, row))
+            self._writer.finish()
+            self._file.close()
+            os.replace(self.part, self.path)
+
+    @contextmanager
+    def _writing(self) -> Iterator[None]:
+        try:
+            yield
+        except OSError as error:
+            raise LogError(
+                f"{self.path}: cannot write the log: {error.strerror}"
+            ) from error
+
+    def _open(self, trace: Trace, world: World) -> None:
+        """Write header, metadata and attachments, and register the channels."""
+        self.path.parent.mkdir(parents=True, exist_ok=True)
+        self._file = self.part.open("wb")
+        self._writer = Writer(
+            self._file,
+            chunk_size=CHUNK_BYTES,
+            compression=CompressionType.ZSTD,
+            enable_data_crcs=True,
+        )
+        self._writer.start(library=f"beacon-mj {provenance.versions()['beacon-mj']}")
+        attachments = {
+            SCENE_NAME: ("application/json", trace.scene.to_json()),
+            WORLD_NAME: ("application/xml", world.mjcf.encode()),
+        }
+        digests = {
+            name: hashlib.sha256(data).hexdigest()
+            for name, (_, data) in attachments.items()
+        }
+        config = provenance.config(trace, self._planner_config, self._seed)
+        self._writer.add_metadata("config", config)
+        self._writer.add_metadata("versions", provenance.versions())
+        self._writer.add_metadata("attachments", digests)
+        for name, (media_type, data) in attachments.items():
+            self._writer.add_attachment(0, 0, name, media_type, data)
+        self._register()
+        self._ids = [o.id for o in trace.scene.obstacles]
+
+    def _register(self) -> None:
+        """Register every topic, and every schema once."""
+        schemas = {
+            name: self._writer.register_schema(name, "protobuf", schema_data(name))
+            for name in dict.fromkeys(TOPICS.values())
+        }
+        self._channels = {
+            topic: self._writer.register_channel(topic, "protobuf", schemas[name])
+            for topic, name in TOPICS.items()
+        }
+
+    def _reset(self) -> None:
+        """Forget what was written last."""
+        self._time_ns = 0
+        self._sequence = dict.fromkeys(TOPICS, 0)
+        self._state = encoding.StateDelta()
+        self._poses = np.zeros((0, 7))
+        self._moving = np.zeros(0, np.bool_)
+        self._path: Array | None = None
+        self._beliefs: dict[str, Any] = {}
+        self._visible: list[str] = []
+        self._mapped: dict[str, tuple[Footprint, bool]] = {}
+
+    def _put(self, topic: str, message: Any) -> None:
+        """Write a message at the present simulation time."""
+        self._writer.add_message(
+            channel_id=self._channels[topic],
+            log_time=self._time_ns,
+            publish_time=self._time_ns,
+            data=message.SerializeToString(),
+            sequence=self._sequence[topic],
+        )
+        self._sequence[topic] += 1
+
+    def _log_decision(self, record: StepRecord) -> None:
+        """Write what the planner decided, at the time when it decided."""
+        command = record.command
+        rationale = command.rationale
+        self._put("/command", encoding.command_message(command.velocity_mps))
+        try:
+            self._put("/decision", encoding.decision_message(rationale))
+            self._log_path(rationale)
+            if rationale.beliefs != self._beliefs:
+                self._beliefs = dict(rationale.beliefs)
+                self._put("/belief", encoding.belief_message(rationale))
+        except (TypeError, ValueError, AttributeError) as error:
+            raise PlannerError(
+                f"Expected a rationale that can be logged but: {error}."
+            ) from error
+        if rationale.replanned:
+            self._put("/log", events.replanned(rationale, self._time_ns))
+
+    def _log_path(self, rationale: Rationale) -> None:
+        """Write the planned path when it is another one; none is an empty one."""
+        path = np.zeros((0, 2))
+        if rationale.path_m is not None:
+            path = np.asarray(rationale.path_m, np.float64).reshape(-1, 2)
+        if self._path is None or not np.array_equal(path, self._path):
+            self._path = path.copy()
+            self._put("/plan", encoding.plan_message(path, self._time_ns))
+
+    def _log_transforms(
+        self, world: World, observation: Observation, before_ns: int
+    ) -> None:
+        """Write the poses of the robot and of all obstacles that moved.
+
+        Viewers interpolate between transforms, so an obstacle that starts to move is
+        first written once more where it rested.
+        """
+        poses, position = world.poses, observation.position_m
+        ids = self._ids
+        if len(self._poses) != len(poses):
+            moving, started = np.ones(len(ids), np.bool_), np.zeros(len(ids), np.bool_)
+        else:
+            moving = (poses != self._poses).any(axis=1)
+            started = moving & ~self._moving
+        rows = [(ids[i], before_ns, self._poses[i]) for i in np.flatnonzero(started)]
+        rows += [(ids[i], self._time_ns, poses[i]) for i in np.flatnonzero(moving)]
+        self._put("/tf", drawing.transforms(rows, (self._time_ns, position)))
+        self._put("/robot", encoding.robot_message(position, self._time_ns))
+        self._poses, self._moving = poses, moving
+
+    def _log_state(self, world: World, step: int) -> None:
+        data = world.data
+        self._put("/state", self._state.message(step, data.qpos, data.qvel))
+
+    def _log_sensed(self, observation: Observation) -> None:
+        """Write the sensor's map where it changed."""
+        updated = []
+        for o in observation.obstacles:
+            known = self._mapped.get(o.id)
+            if known is None or known[0] is not o.footprint or known[1] != o.broken:
+                self._mapped[o.id] = (o.footprint, o.broken)
+                updated.append(o)
+        visible = [o.id for o in observation.obstacles if o.visible]
+        if updated or visible != self._visible:
+            self._visible = visible
+            self._put("/sensed", encoding.sensed_message(visible, updated))
+
+    def _log_outcome(self, record: StepRecord, world: World) -> None:
+        """Write contacts, push attempts, damage, and what they mean in words."""
+        outcome = record.outcome
+        if outcome.contacts:
+            self._put("/contacts", encoding.contacts_message(outcome.contacts))
+            period_ns = round(world.scene.robot.control_period_s * NS)
+            picture = drawing.arrows(outcome.contacts, self._time_ns, period_ns)
+            if picture is not None:
+                self._put("/contacts/arrows", picture)
+        for attempt in outcome.attempts:
+            name = self._ids[attempt.obstacle]
+            self._put("/push", encoding.push_message(attempt, name))
+        for damage in outcome.damages:
+            self._put("/damage", encoding.damage_message(damage))
+        if outcome.damages:
+            self._put("/scene", drawing.scene_update(world, self._time_ns))
+        for event in events.of_step(record, world.scene, self._time_ns):
+            self._put("/log", event)
