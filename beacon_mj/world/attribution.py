@@ -14,6 +14,7 @@ class Attribution:
     def __init__(self) -> None:
         """Start with no causes."""
         self.chains: dict[str, tuple[str, ...]] = {}
+        self._linked: set[str] = set()
 
     def update(self, contacts: Iterable[PairForce]) -> None:
         """Extend the chains by breadth-first search over one step's contacts.
@@ -36,11 +37,21 @@ class Attribution:
                     queue.append(other)
         del reached[ROBOT]
         self.chains |= reached
-        self._pass_on(neighbours, reached)
+        self._linked = set(neighbours)
+        self._pass_on(neighbours)
 
-    def _pass_on(
-        self, neighbours: dict[str, list[str]], reached: dict[str, tuple[str, ...]]
-    ) -> None:
+    def forget_resting(self, moving: set[str]) -> None:
+        """Drop the chains of obstacles that neither touch anything nor move.
+
+        What moves them later has a cause of its own.
+        """
+        self.chains = {
+            name: chain
+            for name, chain in self.chains.items()
+            if name in moving or name in self._linked
+        }
+
+    def _pass_on(self, neighbours: dict[str, list[str]]) -> None:
         """Pass chains on from coasting obstacles to those they hit."""
         queue = deque(b for b in neighbours if b in self.chains)
         while queue:

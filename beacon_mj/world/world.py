@@ -6,18 +6,20 @@ that period run in one call; otherwise contact forces are read after each of the
 """
 
 import math
+from collections.abc import Callable
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from beacon_mj import shapes
-from beacon_mj.errors import BeaconError
+from beacon_mj.errors import BeaconError, SceneError
 from beacon_mj.geometry import Array, Footprint, Footprints
 from beacon_mj.scene import Scene
 from beacon_mj.scene_gen.mjcf import TIMESTEP_S, scene_mjcf
 from beacon_mj.world import contacts as ct
 from beacon_mj.world.attribution import Attribution
+from beacon_mj.world.drive import drive_work
 from beacon_mj.world.outcome import (
     ROBOT,
     WALL,
@@ -50,15 +52,31 @@ class World:
         broken: Which obstacles are broken, shape (n,).
     """
 
-    def __init__(self, scene: Scene, timestep_s: float = TIMESTEP_S) -> None:
-        """Compile `scene` with a physics step of `timestep_s` [s], and settle it."""
+    def __init__(
+        self,
+        scene: Scene,
+        timestep_s: float = TIMESTEP_S,
+        watch: Callable[[], None] | None = None,
+    ) -> None:
+        """Compile the scene and let its obstacles settle.
+
+        Args:
+            scene: The scene.
+            timestep_s: Physics step [s]; a different one is for convergence checks.
+            watch: Called after each physics step of `step`, to look at `data`; the
+                quiet shortcut is then never taken.
+
+        Raises:
+            SceneError: If the control period is no multiple of the physics step.
+        """
         mujoco.set_mju_user_warning(_quiet)
         self.scene = scene
         self.mjcf = scene_mjcf(scene, timestep_s)
         self.model = mujoco.MjModel.from_xml_string(self.mjcf)
         self.data = mujoco.MjData(self.model)
         self._timestep_s = timestep_s
-        self._substeps = round(scene.robot.control_period_s / timestep_s)
+        self._watch = watch
+        self._substeps = _whole(scene.robot.control_period_s, timestep_s)
         n = len(scene.obstacles)
         self._names = [*(o.id for o in scene.obstacles), ROBOT, WALL]
         self._entity = self._entities()
@@ -68,6 +86,8 @@ class World:
             [math.inf if o.break_force_n is None else o.break_force_n
              for o in scene.obstacles]
         )  # fmt: skip
+        self._weakest = float(self._break_force.min(initial=math.inf))
+        self._gain = float(self.model.actuator_gainprm[0, 0])
         self._origin = np.array(scene.start_m)
         self._local = [shapes.footprint(o.shape) for o in scene.obstacles]
         self._pairs = ct.PairTable.create(n, timestep_s)
@@ -124,6 +144,8 @@ class World:
         touching = self._pair_forces()
         self._attribution.update(touching)
         self._poses = self._read_poses()
+        displacements = self._displacements(before)
+        self._attribution.forget_resting({d.obstacle for d in displacements})
         return StepOutcome(
             step=self._step,
             time_s=self._step * self.scene.robot.control_period_s,
@@ -134,7 +156,7 @@ class World:
             actuator_work_j=work,
             contacts=touching,
             attempts=self._pushes.collect(),
-            displacements=self._displacements(before),
+            displacements=displacements,
             damages=tuple(damages),
             toppled=self._newly_toppled(),
         )
@@ -176,31 +198,36 @@ class World:
         work = 0.0
         for _ in range(self._substeps):
             mujoco.mj_step(model, data)
-            work += float(data.actuator_force @ data.actuator_velocity)
+            work += drive_work(
+                data.actuator_force, data.actuator_velocity, data.ctrl, data.qvel,
+                self._axis, self._gain, self.scene.robot.force_max_n, dt,
+            )  # fmt: skip
+            if self._watch is not None:
+                self._watch()
             contact = data.contact
             if len(contact) == 0 and pairs.count[0] == 0 and not pushes.active:
                 continue
-            ct.accumulate(
+            largest = ct.accumulate(
                 contact.geom, contact.efc_address, contact.frame, contact.pos,
                 data.efc_force, self._entity,
                 pairs.ids, pairs.values, pairs.window, pairs.count, dt,
             )  # fmt: skip
             count = int(pairs.count[0])
-            if n and (count or pushes.active):
+            if largest > self._weakest:
                 self._latch_damage(count, damages)
+            if n and (count or pushes.active):
                 update_attempts(
                     pushes.table, pairs.ids, pairs.values, count, data.qpos,
                     self._address, command, pushes.force_max_n, data.time, dt,
                 )  # fmt: skip
-        return work * dt
+        return work
 
     def _latch_damage(self, count: int, damages: list[Damage]) -> None:
         """Latch obstacles that break at this physics step."""
         pairs, before = self._pairs, self.broken.copy()
-        row = ct.find_damage(
+        if ct.find_damage(
             pairs.ids, pairs.values, count, self._break_force, self.broken
-        )
-        if row < 0:
+        ) < 0:  # fmt: skip
             return
         for i in np.flatnonzero(self.broken & ~before):
             rows = [k for k in range(count) if i in pairs.ids[k]]
@@ -212,15 +239,18 @@ class World:
             self._pushes.broke(int(i), self.data.time, force)
 
     def _quiet(self, command: Array) -> bool:
-        """Whether nothing can touch an obstacle within the control period."""
-        if self.data.ntree_awake > 1:
+        """Whether nothing can touch anything within the control period."""
+        if self.data.ntree_awake > 1 or self._watch is not None:
             return False
-        if len(self._footprints) == 0:
-            return True
+        robot = self.scene.robot
+        x, y = self.position_m
+        west, south, east, north = self.scene.workspace_m
+        gap = min(x - west, east - x, y - south, north - y)
+        if len(self._footprints):
+            gap = min(gap, self._footprints.distance(self.position_m).min())
         fastest = max(float(np.hypot(*self.velocity_mps)), float(np.hypot(*command)))
-        reach = fastest * self.scene.robot.control_period_s + _REACH_M
-        gap = self._footprints.distance(self.position_m).min()
-        return bool(gap - self.scene.robot.radius_m > reach)
+        reach = fastest * robot.control_period_s + _REACH_M
+        return bool(gap - robot.radius_m > reach)
 
     def _limited(self, velocity_mps: Array) -> Array:
         speed = float(np.hypot(*velocity_mps))
@@ -381,6 +411,17 @@ class World:
             ],
             dtype=np.int64,
         )
+
+
+def _whole(period_s: float, timestep_s: float) -> int:
+    """Return how many physics steps make up one control period."""
+    count = round(period_s / timestep_s)
+    if count < 1 or abs(count * timestep_s - period_s) > 1e-9:
+        raise SceneError(
+            f"Expected robot.control_period_s to be a multiple of the physics step of "
+            f"{timestep_s:g} s but it was {period_s:g}."
+        )
+    return count
 
 
 def _quiet(message: str) -> None:
