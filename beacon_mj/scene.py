@@ -26,6 +26,14 @@ from beacon_mj.geometry import Footprint, Footprints
 #: Overlap that settling and rounding may cause without the scene being wrong [m].
 OVERLAP_TOLERANCE_M = 1e-4
 
+#: Names that the arena, the robot and the logs use: no obstacle may have one.
+RESERVED_IDS = frozenset(
+    ["robot", "wall", "floor", "sky", "sun", "overhead", "overview", "start", "goal"]
+    + [f"wall_{side}" for side in ("west", "south", "east", "north")]
+    + ["base", "base_x", "base_y", "bumper", "bumper_x", "bumper_y"]
+    + ["drive", "drive_along", "drive_across"]
+)
+
 Profile = Literal["truth", "noisy", "misleading"]
 PROFILES: tuple[Profile, ...] = ("truth", "noisy", "misleading")
 
@@ -82,7 +90,7 @@ class Obstacle(_Record, frozen=True, kw_only=True):
         break_force_n: Contact force that breaks it; only class `fragile` has one.
     """
 
-    id: Annotated[str, Meta(pattern="^[a-z][a-z0-9_]{0,30}$")]
+    id: Annotated[str, Meta(pattern=r"^[a-z][a-z0-9_]{0,30}$(?!\n)")]
     shape: shapes.Shape
     x_m: Coordinate
     y_m: Coordinate
@@ -142,7 +150,7 @@ class Scene(_Record, frozen=True, kw_only=True):
     """One world. See `to_json`, `load_scene`, and `check_scene`."""
 
     schema_version: Literal[1] = 1
-    family: Annotated[str, Meta(pattern="^[A-Za-z][A-Za-z0-9_-]{0,60}$")]
+    family: Annotated[str, Meta(pattern=r"^[A-Za-z][A-Za-z0-9_-]{0,60}$(?!\n)")]
     index: Annotated[int, Meta(ge=0, le=10**9)]
     seed: Annotated[int, Meta(ge=0, le=2**53)]
     perception: Profile
@@ -252,6 +260,11 @@ def _check_obstacles(scene: Scene) -> None:
                 f"Expected obstacle ids to be unique but {o.id!r} repeats."
             )
         seen.add(o.id)
+        if o.id in RESERVED_IDS or "_part_" in o.id:
+            raise SceneError(
+                f"Expected an obstacle id other than {o.id!r}: names of the arena and "
+                "the robot, and names with '_part_', are reserved."
+            )
         if o.fixed and o.interaction != "safe":
             raise SceneError(
                 f"Obstacle {o.id!r}: expected a fixed obstacle to be of class 'safe' "
