@@ -1,0 +1,1 @@
+"""Closed-form checks of the physics that the benchmark ships."""

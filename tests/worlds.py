@@ -1,0 +1,23 @@
+"""Scenes and drives that several test modules share."""
+
+import functools
+
+import numpy as np
+
+from beacon_mj.geometry import Array
+from beacon_mj.scene import Scene
+from beacon_mj.scene_gen.generate import generate_scene
+from beacon_mj.world import StepOutcome, World
+
+FAMILIES = ("sparse", "cluttered", "collision-required", "collision-shortcut")
+
+
+@functools.cache
+def cached_scene(family: str, index: int) -> Scene:
+    """Return a generated scene, made once per test session."""
+    return generate_scene(family, index)
+
+
+def drive(world: World, *velocities: Array | tuple[float, float]) -> list[StepOutcome]:
+    """Apply velocity commands in turn, one control period each."""
+    return [world.step(np.array(v, dtype=float)) for v in velocities]
