@@ -1,12 +1,6 @@
 """Shortest paths on a grid: D* Lite, repaired when costs change, and Dijkstra.
 
-The graph is the 8-connected grid of `beacon_mj.grid`. Going from cell u to its
-neighbour v costs
-
-    c(u, v) = length(u, v) * (1 + cost[v])   [m]
-
-and is impossible if u or v has cost inf, or if a diagonal step would cut the corner
-of a blocked cell. Cells on the rim of the grid are always blocked.
+Cells are the vertices of the graph in `beacon_mj.grid_graph`, which defines c(u, v).
 
 Koenig, S. and Likhachev, M. "D* Lite", AAAI 2002, optimised version (figure 4). The
 names g, rhs, key and k_m are theirs.
@@ -15,34 +9,22 @@ Shapes: n cells, c changed cells.
 """
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
 from beacon_mj.errors import PlannerError
 from beacon_mj.geometry import Array
 from beacon_mj.grid import Cells
+from beacon_mj.grid_graph import (
+    COL_STEP,
+    ROW_STEP,
+    Search,
+    edge,
+    heuristic,
+    lookahead,
+)
 from beacon_mj.heap import Heap, before, heap_put, heap_remove
 from beacon_mj.jit import kernel
-
-#: Steps to the eight neighbours; the step at k ^ 1 leads back.
-_ROW_STEP = (0, 0, 1, -1, 1, -1, 1, -1)
-_COL_STEP = (1, -1, 0, 0, 1, -1, -1, 1)
-_STEP_LENGTH = (1.0, 1.0, 1.0, 1.0, *[math.sqrt(2.0)] * 4)
-#: Keeps the heuristic strictly below the true distance. With equality, rounding may
-#: order a stale vertex behind the start and end the search before it is repaired.
-_HEURISTIC_SCALE = 1.0 - 1e-6
-
-
-class _Search(NamedTuple):
-    """Arrays that the kernels share; `cols` and `cell_m` describe the grid."""
-
-    cost: Array
-    g: Array
-    rhs: Array
-    heap: Heap
-    cols: int
-    cell_m: float
 
 
 class DStarLite:
@@ -70,7 +52,7 @@ class DStarLite:
         walled[1:-1, 1:-1] = cost[1:-1, 1:-1]
         n = rows * cols
         unknown = np.full(n, np.inf)
-        self._search = _Search(
+        self._search = Search(
             walled.ravel(), unknown, unknown.copy(), Heap.empty(n), cols, float(cell_m)
         )
         self._seen = np.zeros(n, dtype=np.int64)
@@ -133,7 +115,7 @@ class DStarLite:
         if self.goal < 0 or self.start < 0:
             raise PlannerError("Expected the goal and the start to be set first.")
         if self._last >= 0 and self._last != self.start:
-            self._k_m += _heuristic(self._search, self._last, self.start)
+            self._k_m += heuristic(self._search, self._last, self.start)
         self._last = self.start
 
 
@@ -157,57 +139,19 @@ def dijkstra(cost: Array, cell_m: float, goal: int) -> Array:
 
 
 @kernel
-def _edge(search: _Search, u: int, k: int) -> float:
-    """Cost of going from u along step k [m]."""
-    cost = search.cost
-    v = u + _ROW_STEP[k] * search.cols + _COL_STEP[k]
-    length: float = search.cell_m * _STEP_LENGTH[k] * (1.0 + cost[v])
-    if math.isinf(cost[u]) or math.isinf(length):
-        return np.inf
-    if k >= 4 and (
-        math.isinf(cost[u + _COL_STEP[k]])
-        or math.isinf(cost[u + _ROW_STEP[k] * search.cols])
-    ):
-        return np.inf
-    return length
-
-
-@kernel
-def _lookahead(search: _Search, u: int) -> float:
-    """One-step lookahead value: the least c(u, v) + g(v) over the neighbours v."""
-    best = np.inf
-    if math.isinf(search.cost[u]):
-        return best
-    for k in range(8):
-        v = u + _ROW_STEP[k] * search.cols + _COL_STEP[k]
-        if search.g[v] < best:
-            best = min(best, _edge(search, u, k) + search.g[v])
-    return best
-
-
-@kernel
-def _heuristic(search: _Search, u: int, v: int) -> float:
-    """Octile distance [m], scaled down by a hair; a metric, so consistent."""
-    rows = abs(u // search.cols - v // search.cols)
-    cols = abs(u % search.cols - v % search.cols)
-    octile: float = max(rows, cols) + (math.sqrt(2.0) - 1.0) * min(rows, cols)
-    return _HEURISTIC_SCALE * search.cell_m * octile
-
-
-@kernel
-def _update_vertex(search: _Search, u: int, start: int, k_m: float) -> None:
+def _update_vertex(search: Search, u: int, start: int, k_m: float) -> None:
     """Queue u under its present key if it is inconsistent, else take it out."""
     g, rhs = search.g[u], search.rhs[u]
     if g == rhs:
         heap_remove(search.heap, u)
     else:
         value = min(g, rhs)
-        heap_put(search.heap, u, value + _heuristic(search, start, u) + k_m, value)
+        heap_put(search.heap, u, value + heuristic(search, start, u) + k_m, value)
 
 
 @kernel
 def _change_cells(
-    search: _Search,
+    search: Search,
     cells: Cells,
     cost: Array,
     seen: Cells,
@@ -229,12 +173,12 @@ def _change_cells(
                 u = r * search.cols + c
                 if seen[u] != batch and u != goal:
                     seen[u] = batch
-                    search.rhs[u] = _lookahead(search, u)
+                    search.rhs[u] = lookahead(search, u)
                     _update_vertex(search, u, start, k_m)
 
 
 @kernel
-def _compute(search: _Search, start: int, goal: int, k_m: float) -> int:
+def _compute(search: Search, start: int, goal: int, k_m: float) -> int:
     """ComputeShortestPath of the paper; returns the number of expansions."""
     g, rhs, heap = search.g, search.rhs, search.heap
     expansions = 0
@@ -246,7 +190,7 @@ def _compute(search: _Search, start: int, goal: int, k_m: float) -> int:
             break
         u = heap.vertex[0]
         value = min(g[u], rhs[u])
-        key1 = value + _heuristic(search, start, u) + k_m
+        key1 = value + heuristic(search, start, u) + k_m
         if before(heap.key1[0], heap.key2[0], key1, value):
             heap_put(heap, u, key1, value)
             continue
@@ -262,14 +206,14 @@ def _compute(search: _Search, start: int, goal: int, k_m: float) -> int:
 
 @kernel
 def _lower_neighbours(
-    search: _Search, u: int, start: int, goal: int, k_m: float
+    search: Search, u: int, start: int, goal: int, k_m: float
 ) -> None:
     """Offer the neighbours of an over-consistent vertex the way through it."""
     if math.isinf(search.cost[u]):
         return
     for k in range(8):
-        s = u + _ROW_STEP[k] * search.cols + _COL_STEP[k]
-        through = _edge(search, s, k ^ 1) + search.g[u]
+        s = u + ROW_STEP[k] * search.cols + COL_STEP[k]
+        through = edge(search, s, k ^ 1) + search.g[u]
         if through < search.rhs[s] and s != goal:
             search.rhs[s] = through
             _update_vertex(search, s, start, k_m)
@@ -277,22 +221,22 @@ def _lower_neighbours(
 
 @kernel
 def _raise_neighbours(
-    search: _Search, u: int, start: int, goal: int, k_m: float
+    search: Search, u: int, start: int, goal: int, k_m: float
 ) -> None:
     """Forget an under-consistent vertex; whoever relied on it looks again."""
     old = search.g[u]
     search.g[u] = np.inf
     for k in range(8 if search.cost[u] < np.inf else 0):
-        s = u + _ROW_STEP[k] * search.cols + _COL_STEP[k]
-        relied = search.rhs[s] == _edge(search, s, k ^ 1) + old
+        s = u + ROW_STEP[k] * search.cols + COL_STEP[k]
+        relied = search.rhs[s] == edge(search, s, k ^ 1) + old
         if relied and s != goal and search.rhs[s] < np.inf:
-            search.rhs[s] = _lookahead(search, s)
+            search.rhs[s] = lookahead(search, s)
             _update_vertex(search, s, start, k_m)
     _update_vertex(search, u, start, k_m)
 
 
 @kernel
-def _flood(search: _Search) -> None:
+def _flood(search: Search) -> None:
     """Dijkstra's search over the whole grid, from what the heap holds."""
     g, rhs, heap = search.g, search.rhs, search.heap
     while heap.size[0] > 0:
@@ -302,15 +246,15 @@ def _flood(search: _Search) -> None:
         if math.isinf(search.cost[u]):
             continue
         for k in range(8):
-            s = u + _ROW_STEP[k] * search.cols + _COL_STEP[k]
-            through = _edge(search, s, k ^ 1) + g[u]
+            s = u + ROW_STEP[k] * search.cols + COL_STEP[k]
+            through = edge(search, s, k ^ 1) + g[u]
             if through < rhs[s]:
                 rhs[s] = through
                 heap_put(heap, s, through, through)
 
 
 @kernel
-def _path(search: _Search, start: int, goal: int) -> Cells:
+def _path(search: Search, start: int, goal: int) -> Cells:
     """Walk downhill in c(u, v) + g(v) from start to goal."""
     cells = np.empty(search.cost.shape[0], dtype=np.int64)
     if math.isinf(search.rhs[start]):
@@ -321,9 +265,9 @@ def _path(search: _Search, start: int, goal: int) -> Cells:
     while u != goal and count < cells.shape[0]:
         best, following = np.inf, u
         for k in range(8):
-            v = u + _ROW_STEP[k] * search.cols + _COL_STEP[k]
+            v = u + ROW_STEP[k] * search.cols + COL_STEP[k]
             if search.g[v] < np.inf:
-                value = _edge(search, u, k) + search.g[v]
+                value = edge(search, u, k) + search.g[v]
                 if value < best:
                     best, following = value, v
         if following == u:

@@ -10,6 +10,7 @@ Shapes: m path points, n footprints, k core vertices.
 import numpy as np
 
 from beacon_mj.geometry import Array, Footprints, segment_core
+from beacon_mj.grid import Cells
 from beacon_mj.jit import kernel
 
 
@@ -129,7 +130,7 @@ def _pull(
     centre: Array,
     reach: Array,
     need: float,
-) -> np.ndarray:
+) -> Cells:
     """Indices of the points to keep: from each, go to the farthest seen one.
 
     The farthest is bracketed by doubling and found by bisection: a string of convex

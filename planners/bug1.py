@@ -6,7 +6,7 @@ from beacon_mj.geometry import Array
 from beacon_mj.planners.boundary import BoundaryPlanner
 
 
-class Bug1Planner(BoundaryPlanner):
+class Bug1(BoundaryPlanner):
     """Full boundary traversal, then back to the boundary's point nearest to the goal.
 
     Paper appendix A.A; Lumelsky and Stepanov 1987. Complete: where the way to the goal

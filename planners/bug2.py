@@ -11,7 +11,7 @@ from beacon_mj.planners.boundary import BoundaryPlanner
 _CLOSER_M = 0.001
 
 
-class Bug2Planner(BoundaryPlanner):
+class Bug2(BoundaryPlanner):
     """Motion along the m-line, boundary following to the next closer point on it.
 
     Paper appendix A.B; Lumelsky and Stepanov 1987. The m-line runs from start to goal.

@@ -1,5 +1,7 @@
 """Bug1 and Bug2 against the bounds and the completeness that their authors proved."""
 
+import math
+
 import numpy as np
 import pytest
 import shapely
@@ -10,8 +12,8 @@ from beacon_mj.errors import PlannerError
 from beacon_mj.geometry import Array, Footprint, Footprints
 from beacon_mj.observation import Task
 from beacon_mj.planners.boundary import BoundaryPlanner, BugConfig
-from beacon_mj.planners.bug1 import Bug1Planner
-from beacon_mj.planners.bug2 import Bug2Planner
+from beacon_mj.planners.bug1 import Bug1
+from beacon_mj.planners.bug2 import Bug2
 from beacon_mj.planners.contour import Contour, FreeSpace
 from tests.kinematics import Run, box, disc, drive, make_task
 
@@ -95,7 +97,7 @@ def shortest(task: Task) -> float:
 def test_bug1_is_complete_and_within_its_bound(
     obstacles: list[Footprint], turn: str
 ) -> None:
-    planner = Bug1Planner(BugConfig(turn=turn))  # type: ignore[arg-type]
+    planner = Bug1(BugConfig(turn=turn))  # type: ignore[arg-type]
     run = drive(planner, TASK, obstacles)
     check_outcome(run, obstacles)
     perimeters = sum(c.length_m for c in hit_contours(planner, obstacles))
@@ -107,7 +109,7 @@ def test_bug1_is_complete_and_within_its_bound(
 def test_bug2_is_complete_and_within_its_bound(
     obstacles: list[Footprint], turn: str
 ) -> None:
-    planner = Bug2Planner(BugConfig(turn=turn))  # type: ignore[arg-type]
+    planner = Bug2(BugConfig(turn=turn))  # type: ignore[arg-type]
     run = drive(planner, TASK, obstacles)
     check_outcome(run, obstacles)
     line = shapely.LineString([START, GOAL])
@@ -117,13 +119,14 @@ def test_bug2_is_complete_and_within_its_bound(
     }.values():
         ring = shapely.LinearRing(contour.points)
         crossings = len(shapely.get_coordinates(shapely.intersection(ring, line)))
-        bound += max(crossings, 2) * contour.length_m / 2.0
+        # Odd if the boundary parts start from goal; then one more pair may be walked.
+        bound += max(math.ceil(crossings / 2), 1) * contour.length_m
     assert run.length_m <= bound + SLACK_M
 
 
 def test_bug1_goes_round_once_and_leaves_where_the_goal_is_nearest() -> None:
     obstacle = disc(2.0, 1.6, 0.4)
-    planner = Bug1Planner()
+    planner = Bug1()
     run = drive(planner, TASK, [obstacle])
     perimeter = 2 * np.pi * (0.4 + CLEARANCE_M)
     assert len(planner.hits) == 1
@@ -136,7 +139,7 @@ def test_bug1_goes_round_once_and_leaves_where_the_goal_is_nearest() -> None:
 
 
 def test_bug2_leaves_at_the_m_line() -> None:
-    planner = Bug2Planner()
+    planner = Bug2()
     run = drive(planner, TASK, [disc(2.0, 1.6, 0.4)])
     actions = [c.rationale.action for c in run.commands]
     left = run.trace[len(actions) - actions[::-1].index("follow") - 1]
@@ -146,7 +149,7 @@ def test_bug2_leaves_at_the_m_line() -> None:
 
 @pytest.mark.parametrize(("turn", "side"), [("left", 1.0), ("right", -1.0)])
 def test_the_turn_decides_the_side(turn: str, side: float) -> None:
-    planner = Bug2Planner(BugConfig(turn=turn))  # type: ignore[arg-type]
+    planner = Bug2(BugConfig(turn=turn))  # type: ignore[arg-type]
     run = drive(planner, TASK, [disc(2.0, 1.5, 0.4)])
     highest = max(run.trace, key=lambda p: abs(p[1] - 1.5))
     assert np.sign(highest[1] - 1.5) == side
