@@ -1,16 +1,14 @@
 """Reading a template with PyMJCF, without leaving the template folders."""
 
-import re
 import warnings
+import xml.etree.ElementTree as ET
 from pathlib import Path, PurePosixPath
 from typing import Any
 
 from beacon_mj.errors import TemplateError
 from beacon_mj.mjcf_templates import ROOT
 
-_INCLUDE = re.compile(rb'<include\s+file\s*=\s*"([^"]*)"')
-_FILE = re.compile(rb'<(?!include)\w+[^>]*?\sfile\s*=\s*"([^"]*)"')
-_FOLDER = re.compile(rb'\s(?:meshdir|texturedir|assetdir)\s*=\s*"')
+_FOLDERS = ("meshdir", "texturedir", "assetdir")
 
 
 def element_error(path: Path, element: str, expected: str) -> TemplateError:
@@ -64,29 +62,52 @@ def _read(path: Path) -> bytes:
         ) from error
 
 
-def _includes(text: bytes, path: Path, folder: Path) -> list[tuple[str, bytes]]:
+def _includes(
+    text: bytes, path: Path, folder: Path, trail: tuple[Path, ...] = ()
+) -> list[tuple[str, bytes]]:
     """Return (name as written, content) of each include, checking all file names."""
-    if _FOLDER.search(text):
-        raise TemplateError(
-            f"{path}: expected no meshdir, texturedir or assetdir in a template."
-        )
-    for match in _FILE.findall(text):
-        _inside(match.decode(), path)
+    if path in trail:
+        raise TemplateError(f"{path}: expected no file to include itself.")
     found = []
-    for match in _INCLUDE.findall(text):
-        name = match.decode()
-        relative = _inside(name, path)
-        candidates = [folder / relative, ROOT / relative]
-        source = next((c for c in candidates if c.is_file()), None)
-        if source is None:
+    for element in _parse(text, path).iter():
+        if any(name in element.attrib for name in _FOLDERS):
             raise TemplateError(
-                f"{path}: include {name!r} found neither in {folder} nor among the "
-                "shipped templates."
+                f"{path}: expected no meshdir, texturedir or assetdir in a template."
             )
-        content = _read(source)
-        found.append((name, content))
-        found += _includes(content, source, folder)
+        for name in _file_names(element):
+            relative = _inside(name, path)
+            if element.tag == "include":
+                source = _find(relative, folder, path, name)
+                content = _read(source)
+                found.append((name, content))
+                found += _includes(content, source, folder, (*trail, path))
     return found
+
+
+def _parse(text: bytes, path: Path) -> ET.Element:
+    """Parse a template without following anything that it refers to."""
+    if b"<!DOCTYPE" in text or b"<!ENTITY" in text:
+        raise TemplateError(f"{path}: expected no document type or entities.")
+    try:
+        return ET.fromstring(text)
+    except ET.ParseError as error:
+        raise TemplateError(f"{path}: not valid XML: {error}") from error
+
+
+def _file_names(element: ET.Element) -> list[str]:
+    """Return the file names that an element refers to, such as `fileright`."""
+    return [v for k, v in element.attrib.items() if k.startswith("file")]
+
+
+def _find(relative: Path, folder: Path, path: Path, name: str) -> Path:
+    """Return where an included file is: the user's own folder wins."""
+    for candidate in (folder / relative, ROOT / relative):
+        if candidate.is_file():
+            return candidate
+    raise TemplateError(
+        f"{path}: include {name!r} found neither in {folder} nor among the shipped "
+        "templates."
+    )
 
 
 def _inside(name: str, path: Path) -> Path:
