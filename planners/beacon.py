@@ -1,0 +1,218 @@
+"""BEACON: belief-aware replanning, the paper's method, whole."""
+
+import math
+from dataclasses import dataclass, field, replace
+from typing import ClassVar
+
+import numpy as np
+
+from beacon_mj.belief import BeliefMap, Likelihoods
+from beacon_mj.observation import Observation, Probabilities
+from beacon_mj.planners.checks import expect_between
+from beacon_mj.planners.contact_planner import ContactPlanner, Decision
+from beacon_mj.planners.free_route import FreeRoute
+from beacon_mj.planners.objective import (
+    Candidate,
+    Weights,
+    detour_candidate,
+    objective,
+    push_candidate,
+)
+from beacon_mj.planners.push_candidates import PushPlan
+from beacon_mj.planners.push_controller import PushLimits
+from beacon_mj.pushing import gentle_speed_mps
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class BeaconConfig:
+    """Parameters of BEACON; defaults of Table I where the paper has them."""
+
+    #: Radius with which the planner checks collisions; 0 means the robot's own [m].
+    robot_radius_m: float = 0.0
+    #: Weight of contact energy in J (w_e).
+    w_e: float = 1.0
+    #: Weight of occupancy in the cost map (lambda_occ).
+    lambda_occ: float = 5.0
+    #: Weight of semantic risk in the cost map (lambda_sem).
+    lambda_sem: float = 2.5
+    #: Bonus of pushing (b_push).
+    push_bias: float = 0.35
+    #: Margin in the comparison (m_detour); as printed, a larger one favours pushing.
+    detour_margin: float = 0.5
+    #: Interaction risk R(c) of safe, movable, fragile.
+    risk: Probabilities = (0.5, 0.0, 0.5)
+    #: L1 change of a belief that triggers replanning (epsilon_b).
+    belief_threshold: float = 0.05
+    #: Probability of being fragile above which an obstacle is not pushed.
+    accepted_fragile: float = 0.6
+    #: The same for an obstacle that a chain reaction would reach.
+    accepted_fragile_chain: float = 0.3
+    #: Probability of being safe above which an obstacle is not pushed.
+    accepted_safe: float = 0.85
+    #: Touching force that is allowed where something may break [N].
+    gentle_force_n: float = 10.0
+    #: Bumper force above which a push of something that may break slows down [N].
+    fragile_force_n: float = 14.0
+    #: Speed of a push [m/s].
+    push_speed_mps: float = 0.4
+    #: Whether contact evidence updates the belief (an ablation).
+    update_belief: bool = True
+    #: Whether a changed belief triggers replanning (an ablation).
+    replan_on_belief: bool = True
+    #: Whether chain reactions are predicted before a push (an ablation).
+    predict_cascades: bool = True
+    #: Whether weights follow the battery (an ablation).
+    battery_reweighting: bool = True
+    #: The weights of J that Table I does not sweep.
+    weights: Weights = field(default_factory=Weights)
+
+    def __post_init__(self) -> None:
+        """Check the ranges.
+
+        Raises:
+            PlannerError: If a field is out of range.
+        """
+        expect_between("robot_radius_m", self.robot_radius_m, 0.0, 1.0)
+        for name in ("w_e", "lambda_occ", "lambda_sem", "push_bias", "detour_margin"):
+            expect_between(name, getattr(self, name), 0.0, 1000.0)
+        for name in ("accepted_fragile", "accepted_fragile_chain", "accepted_safe"):
+            expect_between(name, getattr(self, name), 0.0, 1.0)
+        expect_between("belief_threshold", self.belief_threshold, 0.0, 2.0)
+        expect_between("gentle_force_n", self.gentle_force_n, 0.1, 1000.0)
+        expect_between("fragile_force_n", self.fragile_force_n, 0.1, 1000.0)
+        expect_between("push_speed_mps", self.push_speed_mps, 0.01, 5.0)
+
+
+class Beacon(ContactPlanner):
+    """Belief-weighted choice between pushing and going round (paper II.B - II.I).
+
+    Each obstacle carries a belief over its interaction class, updated by Bayes' rule
+    from what pushes reveal. D* Lite plans on a cost map whose semantic part is the
+    expected risk; where the path meets an obstacle, pushes and the way round are
+    compared under
+
+        push if C_push - b_push < C_detour + m_detour.
+
+    As printed, a larger detour margin favours pushing; the rule is kept as printed.
+    """
+
+    Config: ClassVar[type[BeaconConfig]] = BeaconConfig
+    config: BeaconConfig
+
+    def _new_beliefs(self) -> BeliefMap:
+        return BeliefMap(Likelihoods(), update_belief=self.config.update_belief)
+
+    @property
+    def predicts_cascades(self) -> bool:
+        """Whether chain reactions are predicted before a push (paper II.G)."""
+        return self.config.predict_cascades
+
+    def belief_changed(self, change_l1: float) -> bool:
+        """Whether |b' - b|_1 > epsilon_b (paper II.H)."""
+        cfg = self.config
+        return cfg.replan_on_belief and change_l1 > cfg.belief_threshold
+
+    def push_cost(self, observation: Observation, index: int) -> float | None:
+        """Return lambda_occ + lambda_sem E_b[R] where a push may succeed."""
+        cfg, obstacle = self.config, observation.obstacles[index]
+        safe, _, fragile = self.beliefs.beliefs[obstacle.id]
+        if fragile > cfg.accepted_fragile or safe > cfg.accepted_safe:
+            return None
+        if self.beliefs.force_n(obstacle) > self._task.force_max_n:
+            return None
+        share = self.beliefs.force_n(obstacle) / self._task.force_max_n
+        return cfg.lambda_occ * share + cfg.lambda_sem * self._risk(obstacle.id)
+
+    def last_resort_cost(self, observation: Observation, index: int) -> float | None:
+        """Return a cost for what the belief advises against, when nothing else is left.
+
+        Perceived forces are wrong by a fifth, classes in one case of five.
+        """
+        cfg, obstacle = self.config, observation.obstacles[index]
+        if self.beliefs.at_least_n.get(obstacle.id, 0.0) > 0.0:
+            return None
+        excess = self.beliefs.force_n(obstacle) / self._task.force_max_n
+        risk = self._risk(obstacle.id) + max(excess, 1.0)
+        return cfg.lambda_occ + cfg.lambda_sem * 2.0 * risk
+
+    def compare(
+        self, observation: Observation, plans: list[PushPlan], detour: FreeRoute
+    ) -> Decision:
+        """Apply the printed rule to the best push and the way round (paper II.F)."""
+        cfg = self.config
+        scored = [
+            (self._terms(self._push_candidate(observation, p), observation), p)
+            for p in plans
+            if self._chain_is_safe(observation, p)
+        ]
+        best = min(scored, key=lambda s: sum(s[0].values()), default=None)
+        c_push = math.inf if best is None else sum(best[0].values())
+        way = detour_candidate(observation, self._task, detour)
+        around = {} if way is None else self._terms(way, observation)
+        c_detour = math.inf if way is None else sum(around.values())
+        if best is not None and c_push - cfg.push_bias < c_detour + cfg.detour_margin:
+            reason = f"Push: {c_push:.2f} against {c_detour:.2f} for the way round."
+            return Decision(best[1], c_push, c_detour, best[0], reason)
+        reason = f"Go round: {c_detour:.2f} against {c_push:.2f} for the push."
+        return Decision(None, c_push, c_detour, around, reason)
+
+    def limits(self, observation: Observation, plan: PushPlan) -> PushLimits:
+        """Touch slowly where something may break; a light touch is cheap."""
+        cfg, task = self.config, self._task
+        obstacle = observation.obstacles[plan.index]
+        fragile = max(
+            self.beliefs.probability(observation.obstacles[i].id, "fragile")
+            for i, _ in plan.cascade.moved
+        )
+        mass = obstacle.density_kgm3 * obstacle.volume_m3
+        gentle = gentle_speed_mps(
+            cfg.gentle_force_n, mass, task.mass_kg, task.bumper_stiffness_npm
+        )
+        if fragile < 0.02:
+            return PushLimits(touch_mps=0.25, push_mps=cfg.push_speed_mps)
+        need = self.beliefs.force_n(obstacle)
+        return PushLimits(
+            touch_mps=float(np.clip(gentle, 0.05, 0.25)),
+            push_mps=cfg.push_speed_mps,
+            ramp_mps2=0.4,
+            force_limit_n=max(cfg.fragile_force_n, 1.6 * need),
+        )
+
+    def _push_candidate(self, observation: Observation, plan: PushPlan) -> Candidate:
+        """Return a push as a candidate; its risk is the worst of its chain."""
+        obstacles = observation.obstacles
+        return push_candidate(
+            observation,
+            self._task,
+            plan,
+            self.limits(observation, plan),
+            risk=max(self._risk(obstacles[i].id) for i, _ in plan.cascade.moved),
+            energy_j=sum(
+                self.beliefs.force_n(obstacles[i]) * travel
+                for i, travel in plan.cascade.moved
+            ),
+        )
+
+    def _risk(self, obstacle_id: str) -> float:
+        return self.beliefs.expected(obstacle_id, self.config.risk)
+
+    def _chain_is_safe(self, observation: Observation, plan: PushPlan) -> bool:
+        """Whether no likely-fragile obstacle is in the cascade (paper II.G)."""
+        return all(
+            self.beliefs.probability(observation.obstacles[i].id, "fragile")
+            <= self.config.accepted_fragile_chain
+            for i, _ in plan.cascade.moved[1:]
+        )
+
+    def _terms(
+        self, candidate: Candidate, observation: Observation
+    ) -> dict[str, float]:
+        """Return the terms of J for one candidate."""
+        cfg = self.config
+        return objective(
+            candidate,
+            observation,
+            self._task,
+            replace(cfg.weights, w_e=cfg.w_e),
+            battery_reweighting=cfg.battery_reweighting,
+        )

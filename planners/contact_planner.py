@@ -1,0 +1,278 @@
+"""The execution loop that all contact-aware planners share (paper II.I).
+
+A planner advances along the way round; where the way through meets an obstacle that
+may be pushed, it compares pushing with going round, carries out what it chose, and
+learns from what happened. Subclasses say what may be pushed and what it costs.
+"""
+
+from abc import abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from beacon_mj.belief import BeliefMap
+from beacon_mj.geometry import Array
+from beacon_mj.observation import Action, Command, Observation, Rationale, Task
+from beacon_mj.planners.base import Planner
+from beacon_mj.planners.contact_map import ContactMap
+from beacon_mj.planners.free_route import FreeRoute
+from beacon_mj.planners.push_candidates import PushPlan, push_plans
+from beacon_mj.planners.push_controller import PushController, PushLimits
+from beacon_mj.planners.recovery import Recovery, give_up
+
+_MAP_CELL_M = 0.05  #: Grid of the way through [m].
+_FREE_CELL_M = 0.025  #: Grid of the way round [m].
+_MARGIN_M = 0.015  #: Room kept on the way round [m].
+_TIGHT_MARGIN_M = 0.005  #: The same where there is no other way [m].
+_COOLDOWN_S = 3.0  #: Time for which an obstacle just pushed aside is left alone [s].
+_CLEAR_SLACK_M = 0.3  #: A free way this much longer than planned ends a push [m].
+_MAX_FAILURES = 2  #: Failed pushes of one obstacle before it counts as immovable.
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Decision:
+    """Push or detour, and what was compared."""
+
+    plan: PushPlan | None
+    cost_push: float
+    cost_detour: float
+    terms: Mapping[str, float]
+    reason: str
+
+
+class ContactPlanner(Planner):
+    """Base of the planners that may touch things on purpose."""
+
+    def reset(self, task: Task) -> None:
+        """Forget everything."""
+        self._task = task
+        self.beliefs = self._new_beliefs()
+        self._routes = [
+            FreeRoute(task, _FREE_CELL_M, margin)
+            for margin in (_MARGIN_M, _TIGHT_MARGIN_M)
+        ]
+        self._free = self._routes[0]
+        self._map = ContactMap(task, _MAP_CELL_M, task.radius_m + _TIGHT_MARGIN_M)
+        self._recovery = Recovery(task)
+        self._controller: PushController | None = None
+        self._decision: Decision | None = None
+        self._failures: dict[str, int] = {}
+        self._cooldown: dict[str, float] = {}
+        self._planned_version = -1
+        self._stale = True
+
+    @abstractmethod
+    def _new_beliefs(self) -> BeliefMap:
+        """Return an empty belief map for one episode."""
+
+    @abstractmethod
+    def push_cost(self, observation: Observation, index: int) -> float | None:
+        """Return the cell cost of an obstacle that may be pushed, None if it may not.
+
+        The cost is lambda_occ + lambda_sem c_sem, in metres per metre.
+        """
+
+    @abstractmethod
+    def compare(
+        self, observation: Observation, plans: list[PushPlan], detour: FreeRoute
+    ) -> Decision:
+        """Choose among pushes and the way round (paper II.F)."""
+
+    @abstractmethod
+    def limits(self, observation: Observation, plan: PushPlan) -> PushLimits:
+        """Return how fast a push may go."""
+
+    def belief_changed(self, change_l1: float) -> bool:
+        """Whether an L1 change of a belief calls for replanning (paper II.H)."""
+        return change_l1 > 0.0
+
+    def act(self, observation: Observation) -> Command:
+        """One pass of the execution loop."""
+        self._learn(observation)
+        if self._controller is not None:
+            command = self._carry_out(self._controller, observation)
+            if command is not None:
+                return command
+        away = self._recovery.velocity(observation)
+        if self._recovery.exhausted:
+            return give_up(f"Got stuck {self._recovery.stalls} times.")
+        if away is not None:
+            return self._command(
+                away, "back_off", "No progress: away from what is near."
+            )
+        if self._recovery.ended or observation.map_version != self._planned_version:
+            self._stale = True
+        if self._stale:
+            self._choose(observation)
+        return self._proceed(observation)
+
+    def _learn(self, observation: Observation) -> None:
+        """Take in new obstacles and the evidence of push attempts."""
+        for obstacle in observation.obstacles[len(self.beliefs.beliefs) :]:
+            self.beliefs.sight(obstacle)
+        for evidence in observation.evidence:
+            change = self.beliefs.learn(evidence)
+            if self.belief_changed(change):
+                self._stale = True
+            if evidence.evidence == "not_moved":
+                self._failures[evidence.id] = _MAX_FAILURES
+                controller = self._controller
+                if controller is not None and controller.plan.id == evidence.id:
+                    controller.abort("it did not move")
+
+    def _carry_out(
+        self, controller: PushController, observation: Observation
+    ) -> Command | None:
+        """Go on with a push; None when it is over."""
+        name = controller.plan.id
+        if controller.phase == "approach" and not self._still_open(observation):
+            controller.phase = "failed"
+        if controller.phase == "push" and self._way_is_clear(controller, observation):
+            controller.phase, controller.reason = "done", "the way is clear"
+        velocity = controller.act(observation)
+        if controller.phase not in ("done", "failed"):
+            action: Action = "push" if controller.phase == "push" else "approach"
+            if controller.phase == "back_off":
+                action = "back_off"
+            return self._command(velocity, action, controller.reason, name)
+        if controller.phase == "failed":
+            self._failures[name] = self._failures.get(name, 0) + 1
+        self._cooldown[name] = observation.time_s + _COOLDOWN_S
+        self._controller, self._stale = None, True
+        self._recovery.restart(observation)
+        return None
+
+    def _still_open(self, observation: Observation) -> bool:
+        """Whether nothing new stands where the push was to begin."""
+        if observation.map_version == self._planned_version:
+            return True
+        self._planned_version = observation.map_version
+        assert self._controller is not None
+        plan = self._controller.plan
+        gaps = observation.footprints.distance(plan.approach_m) - self._task.radius_m
+        return bool(gaps.min() > 0.0)
+
+    def _way_is_clear(
+        self, controller: PushController, observation: Observation
+    ) -> bool:
+        """Whether the disc can now go on freely, about as directly as planned."""
+        if controller.pushed_m < 0.03:
+            return False
+        free = self._routes[0]
+        free.update(observation)
+        end = controller.plan.end_m
+        ahead = float(np.hypot(*(end - observation.position_m)))
+        onward = float(np.hypot(*(self._task.goal_m - end)))
+        return free.length_m < ahead + onward + _CLEAR_SLACK_M
+
+    def _choose(self, observation: Observation) -> None:
+        """Plan both ways and decide."""
+        self._stale, self._planned_version = False, observation.map_version
+        self._free = self._free_route(observation)
+        for last_resort in (False, True):
+            costs = self._costs(observation, last_resort=last_resort)
+            while costs:
+                self._map.plan(observation, costs)
+                crossing = self._map.crossing(observation, costs)
+                if crossing is None:
+                    break
+                plans = self._plans(observation, crossing)
+                if plans:
+                    self._decide(observation, plans)
+                    return
+                del costs[crossing.index]
+            if self._free.path is not None:
+                break
+        self._decision = None
+
+    def _free_route(self, observation: Observation) -> FreeRoute:
+        """Return the way round with the widest margin that has one."""
+        force = self._recovery.ended
+        for route in self._routes:
+            route.update(observation, force=force)
+            if route.path is not None:
+                return route
+        return self._routes[0]
+
+    def _costs(
+        self, observation: Observation, *, last_resort: bool
+    ) -> dict[int, float]:
+        """Return the cell costs of all obstacles that may be pushed now."""
+        costs = {}
+        for i, obstacle in enumerate(observation.obstacles):
+            if self._failures.get(obstacle.id, 0) >= _MAX_FAILURES:
+                continue
+            cooling = self._cooldown.get(obstacle.id, -1.0) > observation.time_s
+            if cooling and self._free.path is not None:
+                continue
+            cost = self.push_cost(observation, i)
+            if cost is None and last_resort:
+                cost = self.last_resort_cost(observation, i)
+            if cost is not None:
+                costs[i] = cost
+        return costs
+
+    def last_resort_cost(self, observation: Observation, index: int) -> float | None:
+        """Return a cell cost for use when there is no other way, None for never."""
+        return None
+
+    def _plans(self, observation: Observation, crossing: object) -> list[PushPlan]:
+        obstacles = observation.obstacles
+
+        def fixed(i: int) -> bool:
+            return self._failures.get(obstacles[i].id, 0) >= _MAX_FAILURES
+
+        return push_plans(
+            observation,
+            self._task,
+            crossing,  # type: ignore[arg-type]
+            lambda i: min(self.beliefs.force_n(obstacles[i]), self._task.force_max_n),
+            fixed,
+            predict=self.predicts_cascades,
+        )
+
+    @property
+    def predicts_cascades(self) -> bool:
+        """Whether chain reactions are predicted before a push (paper II.G)."""
+        return True
+
+    def _decide(self, observation: Observation, plans: list[PushPlan]) -> None:
+        """Compare, and begin a push if it was chosen."""
+        self._decision = self.compare(observation, plans, self._free)
+        plan = self._decision.plan
+        if plan is not None:
+            limits = self.limits(observation, plan)
+            self._controller = PushController(plan, self._task, limits)
+
+    def _proceed(self, observation: Observation) -> Command:
+        """Begin what was chosen, or go on along the way round."""
+        if self._controller is not None:
+            velocity = self._controller.act(observation)
+            reason = self._decision.reason if self._decision else ""
+            return self._command(velocity, "approach", reason, self._controller.plan.id)
+        if self._free.path is None:
+            return give_up("No way round, and nothing that may be pushed.")
+        velocity = self._free.velocity(observation)
+        detour = self._decision is not None
+        reason = self._decision.reason if self._decision else "The way is free."
+        return self._command(velocity, "detour" if detour else "move", reason)
+
+    def _command(
+        self, velocity: Array, action: Action, reason: str, target: str | None = None
+    ) -> Command:
+        decision = self._decision
+        rationale = Rationale(
+            action=action,
+            reason=reason,
+            target=target,
+            cost_push=None if decision is None else decision.cost_push,
+            cost_detour=None if decision is None else decision.cost_detour,
+            terms={} if decision is None else decision.terms,
+            path_m=self._free.left() if self._controller is None else None,
+            beliefs=self.beliefs.beliefs,
+            replanned=self._free.replanned,
+            expansions=self._free.expansions + self._map.expansions,
+        )
+        self._free.replanned, self._free.expansions, self._map.expansions = False, 0, 0
+        return Command(velocity_mps=velocity, rationale=rationale)

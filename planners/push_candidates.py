@@ -1,0 +1,169 @@
+"""Candidate pushes of one obstacle: from where, which way, how far, moving what."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from beacon_mj.geometry import Array, Footprints, signed_distance
+from beacon_mj.observation import Observation, Task
+from beacon_mj.planners.contact_map import Crossing
+from beacon_mj.pushing import Cascade, PushWorld
+
+#: Directions that are tried, relative to the way through [rad].
+FAN = tuple(math.radians(a) for a in (0.0, -15.0, 15.0, -30.0, 30.0, -45.0, 45.0))
+STANDOFF_M = 0.06  #: Gap between bumper and obstacle where the approach ends [m].
+FOLLOW_THROUGH_M = 0.25  #: Travel beyond the crossing until the disc can turn away [m].
+_LONGEST_M = 2.0
+
+
+@dataclass(frozen=True, slots=True)
+class PushPlan:
+    """One way to push one obstacle.
+
+    Attributes:
+        index: The obstacle, in the order of the observation.
+        id: Its name.
+        direction: Unit vector of the push, shape (2,).
+        approach_m: Where the robot lines up, shape (2,) [m].
+        touch_m: Centre of the robot when the bumper touches, shape (2,) [m].
+        travel_m: How far it is to be pushed [m].
+        cascade: What would move.
+    """
+
+    index: int
+    id: str
+    direction: Array
+    approach_m: Array
+    touch_m: Array
+    travel_m: float
+    cascade: Cascade
+
+    @property
+    def end_m(self) -> Array:
+        """Centre of the robot after the push, shape (2,) [m]."""
+        return np.asarray(self.touch_m + self.travel_m * self.direction)
+
+
+def push_plans(
+    observation: Observation,
+    task: Task,
+    crossing: Crossing,
+    force: Callable[[int], float],
+    fixed: Callable[[int], bool],
+    *,
+    predict: bool = True,
+) -> list[PushPlan]:
+    """Return the pushes of the crossed obstacle that geometry and forces allow.
+
+    Args:
+        observation: The map.
+        task: The robot.
+        crossing: Which obstacle, and where the path goes through it.
+        force: Breakaway force of an obstacle by index [N].
+        fixed: Whether an obstacle is known not to give way.
+        predict: Whether chain reactions are predicted (paper II.G).
+
+    Returns:
+        Feasible plans, the most direct first.
+    """
+    world = PushWorld(observation.obstacles) if predict else None
+    way = crossing.exit_m - crossing.entry_m
+    main = math.atan2(way[1], way[0])
+    plans = []
+    for heading in _headings(observation, crossing.index, main):
+        direction = np.array([math.cos(heading), math.sin(heading)])
+        plan = _plan(observation, task, crossing, direction, world, force, fixed)
+        if plan is not None:
+            plans.append(plan)
+    return plans
+
+
+def _headings(observation: Observation, index: int, main: float) -> list[float]:
+    """Return headings around `main`, and those square to the faces nearest to it."""
+    vertices = observation.obstacles[index].footprint.vertices
+    headings = [main + turn for turn in FAN]
+    if len(vertices) > 1:
+        edges = np.roll(vertices, -1, axis=0) - vertices
+        inward = np.arctan2(edges[:, 0], -edges[:, 1])
+        turns = (inward - main + math.pi) % (2.0 * math.pi) - math.pi
+        headings += [float(main + t) for t in turns if abs(t) < math.radians(50.0)]
+    return headings
+
+
+def _plan(
+    observation: Observation,
+    task: Task,
+    crossing: Crossing,
+    direction: Array,
+    world: PushWorld | None,
+    force: Callable[[int], float],
+    fixed: Callable[[int], bool],
+) -> PushPlan | None:
+    """Return the push through the centroid along `direction`, if possible."""
+    index = crossing.index
+    obstacle = observation.obstacles[index]
+    touch = touching_point(obstacle.footprint.vertices, obstacle.footprint.radius,
+                           obstacle.centroid_m, direction, task.radius_m)  # fmt: skip
+    approach = touch - STANDOFF_M * direction
+    if not _stands_free(observation, task, approach, touch, index):
+        return None
+    through = float((crossing.exit_m - touch) @ direction)
+    travel = min(max(through, 0.0) + FOLLOW_THROUGH_M, _LONGEST_M)
+    if world is None:
+        cascade = Cascade(((index, travel),), force(index), None)
+    else:
+        cascade = world.cascade(
+            index, travel * direction, force, task.force_max_n, fixed
+        )
+    if not cascade.feasible:
+        return None
+    return PushPlan(index, obstacle.id, direction, approach, touch, travel, cascade)
+
+
+def touching_point(
+    vertices: Array, radius: float, centroid: Array, direction: Array, disc_m: float
+) -> Array:
+    """Return where a disc's centre is when it touches a footprint from behind.
+
+    Args:
+        vertices: Core of the footprint, shape (k, 2) [m].
+        radius: Its rounding radius [m].
+        centroid: Point that the disc's centre moves towards, shape (2,) [m].
+        direction: Unit vector of that motion, shape (2,).
+        disc_m: Radius of the disc [m].
+    """
+    reach = float(np.hypot(*(vertices - centroid).T).max()) + radius + disc_m
+    near, far = 0.0, reach + 0.01
+    for _ in range(30):
+        middle = 0.5 * (near + far)
+        x, y = centroid - middle * direction
+        if signed_distance(x, y, vertices, radius) >= disc_m:
+            far = middle
+        else:
+            near = middle
+    return np.asarray(centroid - far * direction)
+
+
+def _stands_free(
+    observation: Observation, task: Task, approach: Array, touch: Array, index: int
+) -> bool:
+    """Whether the robot can stand at `approach` and drive to `touch`."""
+    west, south, east, north = task.workspace_m
+    r = task.radius_m
+    x, y = approach
+    if not (west + r <= x <= east - r and south + r <= y <= north - r):
+        return False
+    gaps = observation.footprints.segment_distance(approach, touch)
+    gaps[index] = np.inf
+    return bool(gaps.min() >= r + 0.003)
+
+
+def segment_is_clear(
+    footprints: Footprints, start: Array, end: Array, clearance_m: float
+) -> bool:
+    """Whether a straight drive keeps `clearance_m` [m] from every footprint."""
+    if len(footprints) == 0:
+        return True
+    return bool(footprints.segment_distance(start, end).min() >= clearance_m)
