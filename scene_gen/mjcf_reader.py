@@ -28,11 +28,11 @@ def read_mjcf(path: Path) -> Any:
     """
     text = _read(path)
     folder = path.parent.parent if path.parent.name == "families" else path.parent
-    includes = dict(_includes(text, path, folder))
+    assets = dict(_files(text, path, folder))
     mjcf = _pymjcf()
     try:
         return mjcf.from_xml_string(
-            text, model_dir=str(path.parent), assets=includes, escape_separators=False
+            text, model_dir=str(path.parent), assets=assets, escape_separators=False
         )
     except Exception as error:  # PyMJCF raises many kinds; all mean "no valid MJCF".
         lines = str(error).strip().splitlines() or [type(error).__name__]
@@ -62,10 +62,10 @@ def _read(path: Path) -> bytes:
         ) from error
 
 
-def _includes(
+def _files(
     text: bytes, path: Path, folder: Path, trail: tuple[Path, ...] = ()
 ) -> list[tuple[str, bytes]]:
-    """Return (name as written, content) of each include, checking all file names."""
+    """Return (name as written, content) of every file that a template refers to."""
     if path in trail:
         raise TemplateError(f"{path}: expected no file to include itself.")
     found = []
@@ -75,12 +75,11 @@ def _includes(
                 f"{path}: expected no meshdir, texturedir or assetdir in a template."
             )
         for name in _file_names(element):
-            relative = _inside(name, path)
+            source = _find(name, path, folder)
+            content = _read(source)
+            found.append((name, content))
             if element.tag == "include":
-                source = _find(relative, folder, path, name)
-                content = _read(source)
-                found.append((name, content))
-                found += _includes(content, source, folder, (*trail, path))
+                found += _files(content, source, folder, (*trail, path))
     return found
 
 
@@ -99,13 +98,16 @@ def _file_names(element: ET.Element) -> list[str]:
     return [v for k, v in element.attrib.items() if k.startswith("file")]
 
 
-def _find(relative: Path, folder: Path, path: Path, name: str) -> Path:
-    """Return where an included file is: the user's own folder wins."""
-    for candidate in (folder / relative, ROOT / relative):
-        if candidate.is_file():
+def _find(name: str, path: Path, folder: Path) -> Path:
+    """Return where a file is: beside the template that names it, or as an include."""
+    relative = _inside(name, path)
+    homes = folder.resolve(), ROOT.resolve()
+    for candidate in (path.parent / name, folder / relative, ROOT / relative):
+        real = candidate.resolve()
+        if candidate.is_file() and any(real.is_relative_to(home) for home in homes):
             return candidate
     raise TemplateError(
-        f"{path}: include {name!r} found neither in {folder} nor among the shipped "
+        f"{path}: file {name!r} found neither in {folder} nor among the shipped "
         "templates."
     )
 
