@@ -67,9 +67,14 @@ class Prototype:
 def _scaled_hulls(nominal: shapes.Hulls, length_m: float) -> shapes.Hulls:
     points = nominal.core()[0][:, :2]
     scale = length_m / float(np.ptp(points, axis=0).max())
-    parts = tuple(_rounded(np.array(p) * scale) for p in nominal.parts_m)
-    volume = round(nominal.volume_m3 * scale**3, 9)
-    return shapes.Hulls(name=nominal.name, parts_m=parts, volume_m3=volume)
+    return _hulls_of(nominal.name, [np.array(p) * scale for p in nominal.parts_m])
+
+
+def _hulls_of(name: str, parts: list[Array]) -> shapes.Hulls:
+    """Return the shape of convex parts; its volume is that of the rounded points."""
+    rounded = tuple(_rounded(p) for p in parts)
+    volume = sum(_hull_volume(np.array(p)) for p in rounded)
+    return shapes.Hulls(name=name, parts_m=rounded, volume_m3=volume)
 
 
 def _rounded(points: Array) -> tuple[Any, ...]:
@@ -104,7 +109,7 @@ def _prototype(model: Any, name: str | None, path: Path) -> Prototype:
         raise TemplateError(f"{path}: expected body {name!r} to have a geom.")
     if len(geoms) == 1 and (shape := _simple_shape(model, geoms[0], name)) is not None:
         return Prototype(name, shape)
-    return Prototype(name, _hulls(model, geoms, name, float(body.mass[0])))
+    return Prototype(name, _hulls(model, geoms, name))
 
 
 def _simple_shape(model: Any, geom: int, name: str) -> Shape | None:
@@ -131,17 +136,13 @@ def _simple_shape(model: Any, geom: int, name: str) -> Shape | None:
     return None
 
 
-def _hulls(model: Any, geoms: list[int], name: str, mass_kg: float) -> shapes.Hulls:
+def _hulls(model: Any, geoms: list[int], name: str) -> shapes.Hulls:
     """Return the convex parts of an authored body, standing on the floor, centred."""
     parts = [_geom_points(model, g) for g in geoms]
     everything = np.concatenate(parts)
     centre = core_centroid(convex_hull(everything[:, :2]))
     middle = 0.5 * (everything[:, 2].min() + everything[:, 2].max())
-    parts = [p - (*centre, middle) for p in parts]
-    volume = sum(_hull_volume(p) for p in parts)
-    return shapes.Hulls(
-        name=name, parts_m=tuple(_rounded(p) for p in parts), volume_m3=volume
-    )
+    return _hulls_of(name, [p - (*centre, middle) for p in parts])
 
 
 def _hull_volume(points: Array) -> float:
