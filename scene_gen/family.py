@@ -119,9 +119,20 @@ def load_family(name: str, templates: Path | None = None) -> Family:
     return read_family(paths[name])
 
 
-@functools.lru_cache(maxsize=64)
 def read_family(path: Path) -> Family:
     """Read and check one family file. Raises TemplateError, naming file and element."""
+    try:
+        changed_ns = path.stat().st_mtime_ns
+    except OSError as error:
+        raise TemplateError(
+            f"{path}: cannot read the template: {error.strerror}"
+        ) from error
+    return _read_family(path, changed_ns)
+
+
+@functools.lru_cache(maxsize=64)
+def _read_family(path: Path, changed_ns: int) -> Family:
+    """Read one family file; one that was edited since is read again."""
     root = read_mjcf(path)
     texts = {t.name: t.data for t in root.custom.text}
     if "layout" not in texts:
