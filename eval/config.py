@@ -45,8 +45,9 @@ class RunConfig(msgspec.Struct, frozen=True, kw_only=True):
 
     Attributes:
         planners: Who runs, each through every scene.
-        families: SHA-256 of each family's template, by name; of stored scenes, "".
-        episodes: Scenes per family.
+        families: SHA-256 of each family's template, by name; of stored scenes, of
+            all their hashes.
+        episodes: Scenes per family; None for all that are stored.
         seed: Seed of scenes, perception and planners.
         perception: Profile; None leaves stored scenes as they are.
         scenes: Folder of stored scenes, or None to generate them.
@@ -58,7 +59,7 @@ class RunConfig(msgspec.Struct, frozen=True, kw_only=True):
 
     planners: tuple[PlannerEntry, ...]
     families: dict[str, str]
-    episodes: int
+    episodes: int | None
     seed: int
     perception: Profile | None
     scenes: str | None
@@ -160,11 +161,21 @@ def stored_scenes(
     for name in families:
         if name not in known:
             raise RunError(f"{folder}: {unknown('family', name, known)}")
-    names = dict.fromkeys(families or known)
-    refs = [found[key] for n in names for key in sorted(found) if key[0] == n]
-    if episodes is not None:
-        refs = [r for n in names for r in [r for r in refs if r.family == n][:episodes]]
-    return dict.fromkeys(names, ""), refs
+    refs, digests = [], {}
+    for name in dict.fromkeys(families or known):
+        own = [found[key] for key in sorted(found) if key[0] == name][:episodes]
+        hashes = "".join(load_scene(ref.path).sha256 for ref in own if ref.path)
+        digests[name] = hashlib.sha256(hashes.encode()).hexdigest()
+        refs += own
+    return digests, refs
+
+
+def scene_refs(config: RunConfig) -> tuple[dict[str, str], list[SceneRef]]:
+    """Return the families' hashes and the scenes of a configured run."""
+    if config.scenes is not None:
+        return stored_scenes(Path(config.scenes), [*config.families], config.episodes)
+    templates = None if config.templates is None else Path(config.templates)
+    return generated_scenes([*config.families], config.episodes or 0, templates)
 
 
 def load_ref(config: RunConfig, ref: SceneRef) -> Scene:

@@ -70,22 +70,23 @@ def lost_row(
     )
 
 
-def planner_seed(seed: int, ref: SceneRef) -> int:
+def planner_seed(seed: int, family: str, index: int) -> int:
     """Return the planner's seed in one scene; the same for every planner."""
-    return int(stream("planner", seed, ref.family, ref.index).integers(2**53))
+    return int(stream("planner", seed, family, index).integers(2**53))
 
 
 def _episode(
     config: RunConfig, folder: Path | None, scene: Scene, world: World, e: PlannerEntry
 ) -> Row:
     path = _log_path(config, folder, scene, e)
-    listeners = [] if path is None else [_recorder(path, e)]
+    seed = planner_seed(config.seed, scene.family, scene.index)
+    listeners = [] if path is None else [_recorder(path, e, seed)]
     trace = run_episode(
         scene,
         Guarded(partial(_build, e), config.protocol.decision_limit_s),
         name=e.name,
         protocol=config.protocol,
-        seed=planner_seed(config.seed, SceneRef(scene.family, scene.index)),
+        seed=seed,
         listeners=listeners,
         world=world,
     )
@@ -115,10 +116,10 @@ def _log_path(
     return path
 
 
-def _recorder(path: Path, entry: PlannerEntry) -> Listener:
+def _recorder(path: Path, entry: PlannerEntry, seed: int) -> Listener:
     from beacon_mj.recording import Recorder
 
-    return Recorder(path, planner_config=entry.config, row=_measured)
+    return Recorder(path, planner_config=entry.config, seed=seed, row=_measured)
 
 
 def _measured(trace: Trace) -> dict[str, Any]:

@@ -93,8 +93,10 @@ def mean_interval(
     names = range(len(data)) if clusters is None else clusters
     _check_paired(len(data), len(names))
     _, which = np.unique(np.asarray(names), return_inverse=True)
-    sums = np.bincount(which, weights=data)
-    return _bca(sums, np.bincount(which).astype(float), confidence, seed)
+    sums, counts = np.zeros((2, which.max() + 1))
+    np.add.at(sums, which, data)
+    np.add.at(counts, which, 1.0)
+    return _bca(sums, counts, confidence, seed)
 
 
 def paired_interval(

@@ -1,0 +1,40 @@
+"""The commands by name. Each is imported when it is used."""
+
+from cyclopts import App
+from cyclopts.config import Toml
+
+import beacon_mj
+
+COMMANDS = {
+    "eval": (
+        "beacon_mj.cli.evaluate:evaluate",
+        "Run planners through scenes: logs, rows, tables.",
+    ),
+    "generate": (
+        "beacon_mj.cli.scenes:generate",
+        "Write scenes, as JSON and as MJCF.",
+    ),
+    "view": ("beacon_mj.cli.scenes:view", "Look at a scene."),
+    "families": ("beacon_mj.cli.scenes:families", "List the scene families."),
+    "planners": ("beacon_mj.cli.planners:planners", "List the planners."),
+    "replay": (
+        "beacon_mj.cli.replay:replay",
+        "Look at an episode's log, or verify it.",
+    ),
+    "fidelity": (
+        "beacon_mj.cli.checks:fidelity",
+        "Compare the physics with closed forms.",
+    ),
+    "doctor": ("beacon_mj.cli.checks:doctor", "Say what this machine is missing."),
+}
+
+app = App(
+    name="beacon-mj",
+    help="Push or go round: planners that learn by touch, in MuJoCo.",
+    help_format="plaintext",
+    version=beacon_mj.__version__,
+    config=Toml("beacon.toml"),
+    suppress_keyboard_interrupt=False,
+)
+for _name, (_path, _help) in COMMANDS.items():
+    app.command(_path, name=_name, help=_help)

@@ -1,0 +1,100 @@
+"""The options of `beacon-mj eval`."""
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+from cyclopts.validators import Number
+
+from beacon_mj.cli import options
+
+
+def evaluate(
+    *,
+    planner: Annotated[
+        tuple[str, ...],
+        Parameter(
+            negative=(),
+            show_default=False,
+            help="A name (see `beacon-mj planners`), `all` for the five of the "
+            "paper, or path/to/file.py:Class; repeatable.",
+        ),
+    ] = (),
+    settings: Annotated[
+        tuple[str, ...],
+        Parameter(
+            name="--set",
+            negative=(),
+            show_default=False,
+            help="planner.field=value, or protocol.field=value; repeatable.",
+        ),
+    ] = (),
+    family: options.Family = (),
+    episodes: Annotated[
+        int | None,
+        Parameter(
+            validator=Number(gte=1, lte=10**6),
+            help="Scenes per family; 100 by default, or all that are stored.",
+        ),
+    ] = None,
+    seed: options.Seed = 0,
+    perception: options.Perception = None,
+    scenes: Annotated[
+        Path | None, Parameter(help="Folder of stored scenes to use.")
+    ] = None,
+    templates: options.Templates = None,
+    workers: Annotated[
+        int | None,
+        Parameter(
+            validator=Number(gte=1, lte=4096),
+            help="Processes; one per core by default.",
+        ),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        Parameter(help="Run folder; by default a new one under runs/."),
+    ] = None,
+    log: Annotated[
+        options.Log,
+        Parameter(
+            help="Which episodes leave an MCAP log: all, those that were no clean "
+            "success, or none."
+        ),
+    ] = "all",
+    resume: Annotated[
+        bool,
+        Parameter(
+            negative=(),
+            show_default=False,
+            help="Go on with the run in --out; without --planner, with its options.",
+        ),
+    ] = False,
+    json: Annotated[
+        bool,
+        Parameter(
+            negative=(),
+            show_default=False,
+            help="Print the summary as JSON on stdout.",
+        ),
+    ] = False,
+) -> int:
+    """Run planners through scenes: every planner crosses every scene.
+
+    The run folder holds config.json, episodes.jsonl (a line for every finished
+    episode), and at the end episodes.parquet and summary.json.
+    """
+    # Only now: help must not wait for MuJoCo and numba.
+    from beacon_mj.cli.evaluation import Request, run_evaluation
+
+    request = Request(
+        planner=planner,
+        settings=settings,
+        family=family,
+        episodes=episodes,
+        seed=seed,
+        perception=perception,
+        scenes=scenes,
+        templates=templates,
+        log=log,
+    )
+    return run_evaluation(request, out, workers, resume=resume, json=json)

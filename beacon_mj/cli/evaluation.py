@@ -1,0 +1,134 @@
+"""What `beacon-mj eval` does with its options."""
+
+import os
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import msgspec
+
+from beacon_mj.cli import INTERRUPTED, options
+from beacon_mj.cli.progress import progress
+from beacon_mj.cli.tables import show
+from beacon_mj.errors import RunError
+from beacon_mj.eval import config as cfg
+from beacon_mj.eval.config import RunConfig, SceneRef
+from beacon_mj.eval.row import Row
+from beacon_mj.eval.run_folder import RunFolder, free_name, load_config
+from beacon_mj.eval.runner import plan, run_jobs
+from beacon_mj.eval.summary import summarize
+
+EPISODES = 100  #: Scenes per family unless the user says otherwise.
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Request:
+    """The options that decide a run's results, as the user gave them."""
+
+    planner: tuple[str, ...]
+    settings: tuple[str, ...]
+    family: tuple[str, ...]
+    episodes: int | None
+    seed: int
+    perception: options.Profile | None
+    scenes: Path | None
+    templates: Path | None
+    log: options.Log
+
+
+def run_evaluation(
+    request: Request, out: Path | None, workers: int | None, *, resume: bool, json: bool
+) -> int:
+    """Run, or go on with, an evaluation; return the exit status.
+
+    Raises:
+        BeaconError: If an option is no good; nothing has been written then.
+    """
+    if resume and out is None:
+        raise RunError("--resume: expected --out DIR with the run to go on with.")
+    if resume and out is not None and not request.planner:
+        config = load_config(out)
+        hashes, refs = cfg.scene_refs(config)
+        config = msgspec.structs.replace(
+            config, families=hashes, versions=dict(cfg.versions())
+        )
+    else:
+        config, refs = _configured(request)
+    folder = RunFolder(out or free_name(_stem(config)))
+    rows = folder.resume(config) if resume else []
+    if not resume:
+        folder.create(config)
+    try:
+        _run(config, refs, folder, rows, workers or os.cpu_count() or 1)
+    except KeyboardInterrupt:
+        _interrupted(folder, rows, len(config.planners) * len(refs))
+        return INTERRUPTED
+    summary = summarize(rows)
+    folder.finish(config, rows, summary)
+    if json:
+        print(msgspec.json.format(msgspec.json.encode(summary)).decode())
+    else:
+        show(summary)
+    print(f"results: {folder.path}", file=sys.stderr)
+    return 0
+
+
+def _configured(request: Request) -> tuple[RunConfig, list[SceneRef]]:
+    """Return the checked configuration of a new run, and its scenes."""
+    scenes, templates = request.scenes, request.templates
+    if not request.planner:
+        raise RunError("--planner: expected a planner's name, such as beacon, or all.")
+    if scenes is not None and templates is not None:
+        raise RunError("--templates: expected no templates with --scenes.")
+    entries, protocol = cfg.planner_entries(request.planner, request.settings)
+    episodes = request.episodes
+    if scenes is None:
+        episodes = EPISODES if episodes is None else episodes
+        hashes, refs = cfg.generated_scenes(request.family, episodes, templates)
+    else:
+        hashes, refs = cfg.stored_scenes(scenes, request.family, episodes)
+    config = RunConfig(
+        planners=entries,
+        families=hashes,
+        episodes=episodes,
+        seed=request.seed,
+        perception=request.perception or (None if scenes else "noisy"),
+        scenes=None if scenes is None else str(scenes.resolve()),
+        templates=None if templates is None else str(templates.resolve()),
+        protocol=protocol,
+        log=request.log,
+        versions=dict(cfg.versions()),
+    )
+    return config, refs
+
+
+def _run(
+    config: RunConfig,
+    refs: list[SceneRef],
+    folder: RunFolder,
+    rows: list[Row],
+    workers: int,
+) -> None:
+    """Run what is left; `rows` grows with every finished job."""
+    jobs = plan(config, refs, rows)
+    total = len(config.planners) * len(refs)
+    with progress(total, rows) as update:
+        for new in run_jobs(config, jobs, folder.path, min(workers, len(jobs) or 1)):
+            folder.append(new)
+            rows += new
+            update(new)
+
+
+def _stem(config: RunConfig) -> str:
+    """Return a name for the run that says what it is."""
+    names = [entry.name for entry in config.planners]
+    who = "-".join(names) if len(names) <= 2 else f"{len(names)}-planners"
+    return f"{who}-seed{config.seed}"
+
+
+def _interrupted(folder: RunFolder, rows: list[Row], total: int) -> None:
+    print(
+        f"interrupted: {len(rows)} of {total} episodes are in {folder.path}; "
+        f"go on with: beacon-mj eval --resume --out {folder.path}",
+        file=sys.stderr,
+    )

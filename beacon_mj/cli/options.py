@@ -1,0 +1,42 @@
+"""Options that several commands share, with their help.
+
+Nothing heavy is imported here: help must be fast.
+"""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+from cyclopts import Parameter
+from cyclopts.validators import Number
+
+# The same as beacon_mj.scene.Profile, whose module takes a second to import.
+Profile = Literal["truth", "noisy", "misleading"]
+Log = Literal["all", "failures", "none"]
+
+Family = Annotated[
+    tuple[str, ...],
+    Parameter(
+        name="--family",
+        negative=(),
+        show_default=False,
+        help="Scene family; repeatable. All of them by default.",
+    ),
+]
+Seed = Annotated[
+    int,
+    Parameter(
+        validator=Number(gte=0, lte=2**53),
+        help="Seed of scenes, perception and planners.",
+    ),
+]
+Perception = Annotated[
+    Profile | None,
+    Parameter(
+        help="What planners are told about class and material. Default: noisy, or "
+        "what stored scenes say."
+    ),
+]
+Templates = Annotated[
+    Path | None, Parameter(help="Folder of your own family templates.")
+]
+Count = Annotated[int, Parameter(validator=Number(gte=1, lte=10**6))]

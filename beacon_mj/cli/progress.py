@@ -1,0 +1,97 @@
+"""Progress of a run: a live bar on a terminal, plain lines in a pipe. On stderr."""
+
+import sys
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+
+from beacon_mj.eval.row import Row
+
+LINE_S = 10.0  #: Time between two plain lines [s].
+
+Update = Callable[[Sequence[Row]], None]
+
+
+class Tally:
+    """Episodes so far, successes so far, and the time that is left."""
+
+    def __init__(self, total: int, done: Sequence[Row]) -> None:
+        """Count up to `total` episodes, of which `done` were done before."""
+        self.total = total
+        self.before = self.done = len(done)
+        self.solved = sum(row.success for row in done)
+        self._began = time.monotonic()
+
+    def add(self, rows: Sequence[Row]) -> None:
+        """Count finished episodes."""
+        self.done += len(rows)
+        self.solved += sum(row.success for row in rows)
+
+    @property
+    def success(self) -> str:
+        """Share of successes so far, such as `93 %`."""
+        return f"{100 * self.solved / self.done:.0f} %" if self.done else "-"
+
+    @property
+    def left(self) -> str:
+        """Time left, such as `1:05`, by the pace so far."""
+        new = self.done - self.before
+        if new == 0:
+            return "-"
+        pace = (time.monotonic() - self._began) / new
+        seconds = round(pace * (self.total - self.done))
+        return f"{seconds // 60}:{seconds % 60:02d}"
+
+    def line(self) -> str:
+        """Return one plain line."""
+        return (
+            f"{self.done}/{self.total} episodes, success {self.success}, "
+            f"{self.left} left"
+        )
+
+
+@contextmanager
+def progress(total: int, done: Sequence[Row]) -> Iterator[Update]:
+    """Show progress while the body runs; it is told of rows as they come."""
+    tally = Tally(total, done)
+    with _bar(tally) if sys.stderr.isatty() else _lines(tally) as update:
+        yield update
+
+
+@contextmanager
+def _lines(tally: Tally) -> Iterator[Update]:
+    last = time.monotonic()
+
+    def update(rows: Sequence[Row]) -> None:
+        nonlocal last
+        tally.add(rows)
+        if time.monotonic() - last >= LINE_S or tally.done == tally.total:
+            last = time.monotonic()
+            print(tally.line(), file=sys.stderr, flush=True)
+
+    yield update
+
+
+@contextmanager
+def _bar(tally: Tally) -> Iterator[Update]:
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
+
+    columns = (
+        BarColumn(bar_width=None),
+        MofNCompleteColumn(),
+        TextColumn("success {task.fields[success]}"),
+        TextColumn("{task.fields[left]} left"),
+    )
+    with Progress(*columns, console=Console(stderr=True)) as bar:
+        task = bar.add_task(
+            "", total=tally.total, completed=tally.done, success="-", left="-"
+        )
+
+        def update(rows: Sequence[Row]) -> None:
+            tally.add(rows)
+            bar.update(
+                task, completed=tally.done, success=tally.success, left=tally.left
+            )
+
+        yield update

@@ -1,0 +1,129 @@
+"""`beacon-mj generate`, `families`, and `view`."""
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from cyclopts import Parameter
+
+from beacon_mj.cli import options
+from beacon_mj.errors import BeaconError, RunError
+
+if TYPE_CHECKING:
+    from beacon_mj.scene import Scene
+
+
+def generate(
+    *,
+    out: Annotated[Path, Parameter(help="Folder to write to; new or empty.")],
+    family: options.Family = (),
+    episodes: Annotated[options.Count, Parameter(help="Scenes per family.")] = 100,
+    seed: options.Seed = 0,
+    perception: options.Perception = None,
+    templates: options.Templates = None,
+) -> None:
+    """Write certified scenes: scene_0000.json, and its world as scene_0000.xml.
+
+    Several families go to a folder each. The same options give the same bytes.
+    """
+    from beacon_mj.scene_gen.family import family_paths, load_family
+    from beacon_mj.scene_gen.generate import generate_scene
+
+    names = [*dict.fromkeys(family or family_paths(templates))]
+    loaded = [load_family(name, templates) for name in names]
+    _make_folder(out)
+    for each in loaded:
+        folder = out / each.name if len(loaded) > 1 else out
+        folder.mkdir(exist_ok=True)
+        for index in range(episodes):
+            profile = perception or "noisy"
+            _write(generate_scene(each, index, seed, profile), folder)
+        print(f"{folder}: {episodes} scenes of {each.name}", file=sys.stderr)
+
+
+def families(*, templates: options.Templates = None) -> None:
+    """List the scene families: layout, number of obstacles, and file."""
+    from rich.box import SIMPLE_HEAD
+    from rich.table import Table
+
+    from beacon_mj.cli.tables import console
+    from beacon_mj.scene_gen.family import family_paths, load_family
+
+    table = Table("family", "layout", "obstacles", "shapes", box=SIMPLE_HEAD)
+    paths = family_paths(templates)
+    for name in paths:
+        found = load_family(name, templates)
+        low, high = found.numerics.get("obstacle_count", (float("nan"),) * 2)
+        shapes = ", ".join(p.name for p in found.prototypes)
+        table.add_row(name, found.layout, f"{low:g}-{high:g}", shapes)
+    screen = console()
+    screen.print(table)
+    screen.print("Copy a file to make a family of your own (--templates):")
+    for path in paths.values():
+        print(f"  {path}")
+
+
+def view(
+    scene: Path,
+    /,
+    *,
+    png: Annotated[
+        Path | None, Parameter(help="Write a picture instead of opening a window.")
+    ] = None,
+) -> None:
+    """Look at a scene: in MuJoCo's viewer, or as a picture.
+
+    Parameters
+    ----------
+    scene
+        A scene's JSON file.
+    """
+    from beacon_mj.scene import load_scene
+
+    found = load_scene(scene)
+    if png is not None:
+        from beacon_mj.rendering import render_scene
+
+        render_scene(found, png)
+        return
+    _open_window(found)
+
+
+def _make_folder(path: Path) -> None:
+    if path.is_dir() and any(path.iterdir()):
+        raise RunError(f"{path}: expected a new or empty folder but it holds files.")
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+        probe = path / ".writable"
+        probe.touch()
+        probe.unlink()
+    except OSError as error:
+        raise RunError(f"{path}: cannot be written: {error.strerror}.") from error
+
+
+def _write(scene: "Scene", folder: Path) -> None:
+    """Write one scene and its world, each whole or not at all."""
+    from beacon_mj.scene_gen.mjcf import scene_mjcf
+
+    stem = f"scene_{scene.index:04d}"
+    texts = {".xml": scene_mjcf(scene).encode(), ".json": scene.to_json()}
+    for suffix, text in texts.items():
+        part = folder / f"{stem}{suffix}.part"
+        part.write_bytes(text)
+        part.replace(folder / f"{stem}{suffix}")
+
+
+def _open_window(scene: "Scene") -> None:
+    import mujoco
+    import mujoco.viewer
+
+    from beacon_mj.scene_gen.mjcf import scene_mjcf
+
+    model = mujoco.MjModel.from_xml_string(scene_mjcf(scene))
+    try:
+        mujoco.viewer.launch(model)
+    except Exception as error:
+        raise BeaconError(
+            f"Expected a display for the viewer but there is none ({error}). "
+            "Write a picture with --png out.png."
+        ) from error
