@@ -147,6 +147,12 @@ def test_bug2_leaves_at_the_m_line() -> None:
     assert run.length_m < 4.5
 
 
+def test_a_gap_of_two_millimetres_does_not_look_like_a_cut() -> None:
+    gap = 0.4 + 2 * CLEARANCE_M + 0.002
+    run = drive(Bug1(), TASK, [disc(1.5, 1.5, 0.2), disc(1.5 + gap, 1.5, 0.2)])
+    assert run.outcome == "reached"
+
+
 @pytest.mark.parametrize(("turn", "side"), [("left", 1.0), ("right", -1.0)])
 def test_the_turn_decides_the_side(turn: str, side: float) -> None:
     planner = Bug2(BugConfig(turn=turn))  # type: ignore[arg-type]
