@@ -19,7 +19,8 @@ class Bug2(BoundaryPlanner):
     hit point and from which the way along the m-line is free. Back at the hit point
     without one, the goal cannot be reached, and the planner gives up. With n_i the
     times that the m-line crosses boundary i of perimeter p_i, the path is no longer
-    than D + sum_i n_i p_i / 2.
+    than D + sum_i n_i p_i / 2. An odd n_i, where the boundary parts start from goal and
+    none can be reached, counts as n_i + 1.
     """
 
     def reset(self, task: Task) -> None:
