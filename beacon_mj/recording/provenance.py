@@ -10,29 +10,24 @@ import msgspec
 import mujoco
 import numpy as np
 
+from beacon_mj import __version__
 from beacon_mj.trace import Trace
 
 #: Columns of an episode's row that depend on the clock; in no log that must be equal.
 WALL_CLOCK = frozenset({"plan_ms_p50", "plan_ms_p99", "wall_time_s"})
-_PACKAGES = ("beacon-mj", "mujoco", "numpy", "shapely")
+_PACKAGES = ("numpy", "numba", "shapely")
 
 
 @functools.cache
 def versions() -> dict[str, str]:
     """Return the versions on which bitwise equal physics depends."""
-    found = {name: _version(name) for name in _PACKAGES}
+    found = {name: metadata.version(name) for name in _PACKAGES}
     return found | {
+        "beacon-mj": __version__,
         "mujoco": str(mujoco.__version__),
         "python": platform.python_version(),
         "machine": platform.machine(),
     }
-
-
-def _version(package: str) -> str:
-    try:
-        return metadata.version(package)
-    except metadata.PackageNotFoundError:
-        return "unknown"
 
 
 def config(trace: Trace, planner_config: Any, seed: int) -> dict[str, str]:

@@ -1,0 +1,42 @@
+"""Pictures of scenes and logs; drawn without a screen.
+
+The functions import what they draw with when they are called. Without the extra
+`video` they say which package is missing.
+"""
+
+import importlib
+from pathlib import Path
+from typing import Any
+
+from beacon_mj.errors import BeaconError
+from beacon_mj.scene import Scene
+
+
+def render_video(log_path: str | Path, out: str | Path, **options: Any) -> Path:
+    """Write an MP4 of a log; see `beacon_mj.rendering.video.render_video`."""
+    return Path(_load("video").render_video(log_path, out, **options))
+
+
+def render_strip(log_path: str | Path, out: str | Path, **options: Any) -> Path:
+    """Write a PNG of a few moments; see `beacon_mj.rendering.strip.render_strip`."""
+    return Path(_load("strip").render_strip(log_path, out, **options))
+
+
+def render_scene(scene: Scene, out: str | Path, **options: Any) -> Path:
+    """Write a PNG of a scene; see `beacon_mj.rendering.still.render_scene`."""
+    return Path(_load("still").render_scene(scene, out, **options))
+
+
+def view_scene(scene: Scene) -> None:
+    """Open the viewer on a scene; see `beacon_mj.rendering.still.view_scene`."""
+    _load("still").view_scene(scene)
+
+
+def _load(module: str) -> Any:
+    try:
+        return importlib.import_module(f"beacon_mj.rendering.{module}")
+    except ModuleNotFoundError as error:
+        raise BeaconError(
+            f"Expected package {error.name!r} but it is not installed: "
+            "pip install 'beacon-mj[video]'."
+        ) from error

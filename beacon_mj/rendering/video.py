@@ -1,0 +1,56 @@
+"""A video of a logged episode, without a screen and without ffmpeg."""
+
+from fractions import Fraction
+from pathlib import Path
+
+import av
+
+from beacon_mj.recording.reader import read_log
+from beacon_mj.rendering.files import replacing
+from beacon_mj.rendering.gl import Image
+from beacon_mj.rendering.overlay import annotate, describe
+from beacon_mj.rendering.playback import Playback
+
+HOLD_S = 1.5  #: How long the last picture stays [s].
+
+
+def render_video(
+    log_path: str | Path,
+    out: str | Path,
+    *,
+    speed: float = 2.0,
+    width: int = 960,
+    height: int = 720,
+) -> Path:
+    """Write an MP4 of a log: one picture per control step.
+
+    Args:
+        log_path: The log, finished or not.
+        out: The video; written whole or not at all.
+        speed: Simulated seconds per second of video, > 0.
+        width: Width in pixels, even.
+        height: Height in pixels, even.
+
+    Raises:
+        LogError: If the log cannot be read.
+        RenderError: If nothing can be drawn here.
+    """
+    log = read_log(log_path)
+    period_s = log.scene.robot.control_period_s
+    rate = Fraction(speed / period_s).limit_denominator(1000)
+    with Playback(log, width, height) as playback, replacing(Path(out)) as part:
+        with av.open(str(part), "w", format="mp4") as container:
+            stream = container.add_stream("libx264", rate=rate)
+            stream.width, stream.height, stream.pix_fmt = width, height, "yuv420p"
+            stream.options = {"crf": "20", "preset": "veryfast"}
+            for step in range(playback.steps + 1):
+                picture = annotate(playback.picture(step), describe(playback, step))
+                container.mux(stream.encode(_frame(picture)))
+            for _ in range(round(HOLD_S * rate)):
+                container.mux(stream.encode(_frame(picture)))
+            container.mux(stream.encode(None))
+    return Path(out)
+
+
+def _frame(picture: Image) -> av.VideoFrame:
+    return av.VideoFrame.from_ndarray(picture, format="rgb24")
