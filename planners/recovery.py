@@ -38,6 +38,11 @@ class Recovery:
         """Whether backing off has been tried often enough."""
         return self.stalls > MAX_STALLS
 
+    def restart(self, observation: Observation) -> None:
+        """Start watching anew, after something else had the robot."""
+        self._anchor, self._since_s = observation.position_m, observation.time_s
+        self._until_s, self.ended = -1.0, False
+
     def velocity(self, observation: Observation) -> Array | None:
         """Return the velocity that backs off, or None while all is well."""
         now, position = observation.time_s, observation.position_m
