@@ -260,10 +260,10 @@ def _check_obstacles(scene: Scene) -> None:
                 f"Expected obstacle ids to be unique but {o.id!r} repeats."
             )
         seen.add(o.id)
-        if o.id in RESERVED_IDS or "_part_" in o.id:
+        if o.id in RESERVED_IDS or "_part_" in o.id or "_foot_" in o.id:
             raise SceneError(
                 f"Expected an obstacle id other than {o.id!r}: names of the arena and "
-                "the robot, and names with '_part_', are reserved."
+                "the robot, and names with '_part_' or '_foot_', are reserved."
             )
         if o.fixed and o.interaction != "safe":
             raise SceneError(

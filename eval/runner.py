@@ -2,8 +2,8 @@
 
 Jobs are independent and seeded by what they are, not by when or where they run, so
 results do not depend on the number of workers or the order. A process that dies takes
-its pool with it: the jobs that were under way are then run again, each episode in a
-process of its own, and only an episode that kills its process twice is lost.
+its pool with it: the jobs that were under way are then run again, one episode at a time
+in one process, and only an episode that kills its process twice is lost.
 """
 
 import multiprocessing
@@ -72,9 +72,9 @@ def run_jobs(
                 del left[ref]
                 yield rows
         except BrokenProcessPool:
-            for ref, job in sent.items():
-                if left.pop(ref, None):
-                    yield [_alone(config, work, one) for one in job.split()]
+            suspects = [job for ref, job in sent.items() if left.pop(ref, None)]
+            for row in _alone(config, work, suspects):
+                yield [row]
 
 
 def _parallel(
@@ -106,19 +106,23 @@ def _tagged(work: Callable[[Job], list[Row]], job: Job) -> tuple[SceneRef, list[
     return job.ref, work(job)
 
 
-def _alone(config: RunConfig, work: Callable[[Job], list[Row]], job: Job) -> Row:
-    """Run one episode in a process of its own; if that dies too, the planner failed."""
+def _alone(
+    config: RunConfig, work: Callable[[Job], list[Row]], jobs: Iterable[Job]
+) -> Iterator[Row]:
+    """Run episodes one by one; if the process dies again, it was the planner's."""
     from joblib.externals.loky import ProcessPoolExecutor
 
-    pool = ProcessPoolExecutor(max_workers=1, initializer=_ignore_interrupts)
-    try:
-        rows: list[Row] = pool.submit(work, job).result()
-        return rows[0]
-    except BrokenProcessPool:
-        scene = load_ref(config, job.ref)
-        detail = "the process died while the planner ran"
-        return lost_row(config, scene, job.planners[0], "planner_error", detail)
-    finally:
+    pool = None
+    for job in (one for job in jobs for one in job.split()):
+        pool = pool or ProcessPoolExecutor(1, initializer=_ignore_interrupts)
+        try:
+            yield from pool.submit(work, job).result()
+        except BrokenProcessPool:
+            pool = None
+            detail = "the process died while the planner ran"
+            scene = load_ref(config, job.ref)
+            yield lost_row(config, scene, job.planners[0], "planner_error", detail)
+    if pool is not None:
         pool.shutdown(kill_workers=True)
 
 

@@ -15,16 +15,16 @@ from beacon_mj.belief import BeliefMap
 from beacon_mj.geometry import Array
 from beacon_mj.observation import Action, Command, Observation, Rationale, Task
 from beacon_mj.planners.base import Planner
-from beacon_mj.planners.contact_map import ContactMap
+from beacon_mj.planners.contact_map import ContactMap, Crossing
 from beacon_mj.planners.free_route import FreeRoute
 from beacon_mj.planners.push_candidates import PushPlan, push_plans
 from beacon_mj.planners.push_controller import PushController, PushLimits
 from beacon_mj.planners.recovery import Recovery, give_up
 
-_MAP_CELL_M = 0.05  #: Grid of the way through [m].
-_FREE_CELL_M = 0.025  #: Grid of the way round [m].
+_CELL_M = 0.05  #: Grid of the way through, and of the way round [m].
 _MARGIN_M = 0.015  #: Room kept on the way round [m].
-_TIGHT_MARGIN_M = 0.005  #: The same where there is no other way [m].
+_TIGHT_CELL_M = 0.025  #: Grid of the way round where there is no other way [m].
+_TIGHT_MARGIN_M = 0.005  #: Room kept there [m].
 _COOLDOWN_S = 3.0  #: Time for which an obstacle just pushed aside is left alone [s].
 _CLEAR_SLACK_M = 0.3  #: A free way this much longer than planned ends a push [m].
 _MAX_FAILURES = 2  #: Failed pushes of one obstacle before it counts as immovable.
@@ -48,12 +48,10 @@ class ContactPlanner(Planner):
         """Forget everything."""
         self._task = task
         self.beliefs = self._new_beliefs()
-        self._routes = [
-            FreeRoute(task, _FREE_CELL_M, margin)
-            for margin in (_MARGIN_M, _TIGHT_MARGIN_M)
-        ]
-        self._free = self._routes[0]
-        self._map = ContactMap(task, _MAP_CELL_M, task.radius_m + _TIGHT_MARGIN_M)
+        self._wide = FreeRoute(task, _CELL_M, _MARGIN_M)
+        self._tight = FreeRoute(task, _TIGHT_CELL_M, _TIGHT_MARGIN_M)
+        self._free = self._wide
+        self._map = ContactMap(task, _CELL_M, task.radius_m + _TIGHT_MARGIN_M)
         self._recovery = Recovery(task)
         self._controller: PushController | None = None
         self._decision: Decision | None = None
@@ -159,7 +157,7 @@ class ContactPlanner(Planner):
         """Whether the disc can now go on freely, about as directly as planned."""
         if controller.pushed_m < 0.03:
             return False
-        free = self._routes[0]
+        free = self._wide
         free.update(observation)
         end = controller.plan.end_m
         ahead = float(np.hypot(*(end - observation.position_m)))
@@ -169,31 +167,32 @@ class ContactPlanner(Planner):
     def _choose(self, observation: Observation) -> None:
         """Plan both ways and decide."""
         self._stale, self._planned_version = False, observation.map_version
-        self._free = self._free_route(observation)
-        for last_resort in (False, True):
-            costs = self._costs(observation, last_resort=last_resort)
-            while costs:
-                self._map.plan(observation, costs)
-                crossing = self._map.crossing(observation, costs)
-                if crossing is None:
-                    break
-                plans = self._plans(observation, crossing)
-                if plans:
-                    self._decide(observation, plans)
-                    return
-                del costs[crossing.index]
-            if self._free.path is not None:
-                break
         self._decision = None
+        self._free = self._wide
+        self._wide.update(observation, force=self._recovery.ended)
+        if (
+            self._consider(observation, last_resort=False)
+            or self._wide.path is not None
+        ):
+            return
+        self._free = self._tight
+        self._tight.update(observation, force=self._recovery.ended)
+        if self._tight.path is None:
+            self._consider(observation, last_resort=True)
 
-    def _free_route(self, observation: Observation) -> FreeRoute:
-        """Return the way round with the widest margin that has one."""
-        force = self._recovery.ended
-        for route in self._routes:
-            route.update(observation, force=force)
-            if route.path is not None:
-                return route
-        return self._routes[0]
+    def _consider(self, observation: Observation, *, last_resort: bool) -> bool:
+        """Compare pushes on the way through with the way round; False if none."""
+        costs = self._costs(observation, last_resort=last_resort)
+        while costs:
+            self._map.plan(observation, costs)
+            crossing = self._map.crossing(observation, costs)
+            if crossing is None:
+                return False
+            if plans := self._plans(observation, crossing):
+                self._decide(observation, plans)
+                return True
+            del costs[crossing.index]
+        return False
 
     def _costs(
         self, observation: Observation, *, last_resort: bool
@@ -217,7 +216,7 @@ class ContactPlanner(Planner):
         """Return a cell cost for use when there is no other way, None for never."""
         return None
 
-    def _plans(self, observation: Observation, crossing: object) -> list[PushPlan]:
+    def _plans(self, observation: Observation, crossing: Crossing) -> list[PushPlan]:
         obstacles = observation.obstacles
 
         def fixed(i: int) -> bool:
@@ -226,7 +225,7 @@ class ContactPlanner(Planner):
         return push_plans(
             observation,
             self._task,
-            crossing,  # type: ignore[arg-type]
+            crossing,
             lambda i: min(self.beliefs.force_n(obstacles[i]), self._task.force_max_n),
             fixed,
             predict=self.predicts_cascades,

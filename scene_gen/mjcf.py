@@ -22,6 +22,7 @@ WALL_M = (0.05, 0.1)  #: Half thickness and half height of the walls [m].
 BUMPER_MASS_SHARE = 0.05  #: Share of the robot's mass in the bumper ring.
 ACROSS_SHARE = 0.25  #: Limit of the drive across its direction, over force_max.
 _GROUND_GAP_M = 0.01  #: The bumper hovers this far above the floor.
+_FOOT_M = 0.001  #: Radius of the feet of a prism.
 
 
 def scene_mjcf(scene: Scene, timestep_s: float = TIMESTEP_S) -> str:
@@ -151,24 +152,16 @@ def _body(o: Obstacle, surface: Surface, assets: ET.Element) -> ET.Element:
         ET.SubElement(body, "freejoint", name=o.id)
     rolls = isinstance(o.shape, shapes.Sphere | shapes.Capsule)
     for name, geometry in _geoms(o, assets):
-        ET.SubElement(
-            body,
-            "geom",
-            {
-                "name": name,
-                "class": o.interaction,
-                **geometry,
-                "density": repr(o.density_kgm3),
-                "condim": "6" if rolls else "3",
-                "friction": _numbers(
-                    (
-                        o.friction,
-                        surface.torsional_friction_m,
-                        surface.rolling_friction_m,
-                    )
-                ),
-            },
-        )
+        attributes = {
+            "name": name,
+            "class": o.interaction,
+            "density": repr(o.density_kgm3),
+            "condim": "6" if rolls else "3",
+            "friction": _numbers(
+                (o.friction, surface.torsional_friction_m, surface.rolling_friction_m)
+            ),
+        }
+        ET.SubElement(body, "geom", attributes | geometry)
     return body
 
 
@@ -187,12 +180,41 @@ def _geoms(o: Obstacle, assets: ET.Element) -> list[tuple[str, dict[str, str]]]:
             lying = _numbers((math.sqrt(0.5), 0.0, math.sqrt(0.5), 0.0))
             return [(o.id, {"type": "capsule", "size": size, "quat": lying})]
         case shapes.Prism():
-            return [_mesh(o.id, o.shape.core()[0], assets)]
+            name, mesh = _mesh(o.id, o.shape.core()[0], assets)
+            mesh |= {"contype": "2", "conaffinity": "2"}
+            return [(name, mesh), *_feet(o.id, o.shape)]
         case shapes.Hulls(parts_m=parts):
             return [
                 _mesh(f"{o.id}_part_{k}", np.array(part), assets)
                 for k, part in enumerate(parts)
             ]
+
+
+def _feet(name: str, shape: shapes.Prism) -> list[tuple[str, dict[str, str]]]:
+    """Return one weightless ball at each vertex of a prism, to stand on the floor.
+
+    MuJoCo gives a mesh on a plane four contacts at most and changes its mind about
+    which: a pentagon then rocks, and creeps below its Coulomb limit. One contact at
+    each vertex that is down is what a convex body on a plane has.
+    """
+    points = shape.core()[0]
+    inset = points * (1.0 - _FOOT_M / np.linalg.norm(points, axis=1, keepdims=True))
+    inset[:, 2] = np.sign(points[:, 2]) * (0.5 * shape.height_m - _FOOT_M)
+    return [
+        (
+            f"{name}_foot_{k}",
+            {
+                "type": "sphere",
+                "size": repr(_FOOT_M),
+                "pos": _numbers(point),
+                "density": "0",
+                "contype": "4",
+                "conaffinity": "4",
+                "group": "3",
+            },
+        )
+        for k, point in enumerate(inset)
+    ]
 
 
 def _mesh(
