@@ -3,5 +3,16 @@
 from beacon_mj.recording.reader import Log, read_log
 from beacon_mj.recording.rebuild import read_trace, rebuild_trace
 from beacon_mj.recording.recorder import Recorder
+from beacon_mj.recording.recover import recover
+from beacon_mj.recording.verify import Verification, verify
 
-__all__ = ["Log", "Recorder", "read_log", "read_trace", "rebuild_trace"]
+__all__ = [
+    "Log",
+    "Recorder",
+    "Verification",
+    "read_log",
+    "read_trace",
+    "rebuild_trace",
+    "recover",
+    "verify",
+]
