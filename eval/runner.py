@@ -113,7 +113,7 @@ def _alone(
     from joblib.externals.loky import ProcessPoolExecutor
 
     pool = None
-    for job in (one for job in jobs for one in job.split()):
+    for job in (single for each in jobs for single in each.split()):
         pool = pool or ProcessPoolExecutor(1, initializer=_ignore_interrupts)
         try:
             yield from pool.submit(work, job).result()
