@@ -1,0 +1,94 @@
+"""What is installed: packages, data, import time, and which way the arrows point."""
+
+import subprocess
+import sys
+import tomllib
+import venv
+import zipfile
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+LINKED = ("eval", "mjcf_templates", "planners", "scene_gen")
+
+
+def pyproject() -> dict[str, object]:
+    return tomllib.loads((ROOT / "pyproject.toml").read_text())
+
+
+def test_listed_packages_are_those_of_the_tree() -> None:
+    listed = pyproject()["tool"]["setuptools"]["packages"]  # type: ignore[index]
+    found = {"beacon_mj"}
+    for top in ("beacon_mj", *LINKED):
+        for init in (ROOT / top).rglob("__init__.py"):
+            parts = init.parent.relative_to(ROOT).parts
+            found.add(".".join(parts if top == "beacon_mj" else ("beacon_mj", *parts)))
+    assert sorted(listed) == sorted(found)
+
+
+@pytest.mark.parametrize("name", LINKED)
+def test_links_are_relative(name: str) -> None:
+    link = ROOT / "beacon_mj" / name
+    assert link.is_symlink()
+    assert link.readlink() == Path("..") / name
+
+
+def test_constraints_match_the_lock_file() -> None:
+    lock = tomllib.loads((ROOT / "uv.lock").read_text())
+    locked = {(p["name"], p.get("version")) for p in lock["package"]}
+    pins = [
+        line.split(" ;")[0].strip().split("==")
+        for line in (ROOT / "constraints.txt").read_text().splitlines()
+    ]
+    assert len(pins) > 20
+    assert {(name, version) for name, version in pins} <= locked
+
+
+def test_import_contracts_hold() -> None:
+    command = [sys.executable, "-c", "from importlinter.cli import lint_imports_command"
+               " as c; c(standalone_mode=True)"]  # fmt: skip
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
+    assert "0 broken" in done.stdout, done.stdout + done.stderr
+
+
+@pytest.mark.parametrize("name", ["beacon", "semantic", "dstar_lite", "bug1", "bug2"])
+def test_a_planner_loads_without_the_simulator(name: str) -> None:
+    """The truth is out of reach: not even the engine gets imported."""
+    code = (
+        f"import sys, beacon_mj.planners.{name}\n"
+        "bad = {'mujoco', 'dm_control', 'beacon_mj.world', 'beacon_mj.scene',"
+        " 'beacon_mj.scene_gen', 'beacon_mj.eval'} & set(sys.modules)\n"
+        "sys.exit(f'imported {bad}' if bad else 0)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True)
+    assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.slow
+def test_wheel_works_on_its_own(tmp_path: Path) -> None:
+    """Build the wheel, install it without this checkout, and find the templates."""
+    subprocess.run(
+        [sys.executable, "-m", "build", "-q", "--wheel", "-o", tmp_path, ROOT], check=True
+    )
+    (wheel,) = tmp_path.glob("*.whl")
+    names = zipfile.ZipFile(wheel).namelist()
+    top = {n.split("/")[0] for n in names if ".dist-info" not in n}
+    assert top == {"beacon_mj"}
+    assert "beacon_mj/py.typed" in names
+    assert "beacon_mj/mjcf_templates/families/cluttered.xml" in names
+    venv.create(tmp_path / "venv", with_pip=True, system_site_packages=False)
+    python = tmp_path / "venv" / "bin" / "python"
+    subprocess.run(
+        [python, "-m", "pip", "install", "-q", "--no-deps", wheel], check=True
+    )
+    code = (
+        "from beacon_mj.mjcf_templates import ROOT\n"
+        "import beacon_mj.planners, sys\n"
+        "assert 'venv' in str(ROOT), ROOT\n"
+        "print(len(list(ROOT.rglob('*.xml'))))"
+    )
+    done = subprocess.run(
+        [python, "-c", code], cwd=tmp_path, check=True, capture_output=True, text=True
+    )
+    assert int(done.stdout) == len(list((ROOT / "mjcf_templates").rglob("*.xml")))
