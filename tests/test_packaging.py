@@ -69,7 +69,8 @@ def test_a_planner_loads_without_the_simulator(name: str) -> None:
 def test_wheel_works_on_its_own(tmp_path: Path) -> None:
     """Build the wheel, install it without this checkout, and find the templates."""
     subprocess.run(
-        [sys.executable, "-m", "build", "-q", "--wheel", "-o", tmp_path, ROOT], check=True
+        [sys.executable, "-m", "build", "-q", "--wheel", "-o", tmp_path, ROOT],
+        check=True,
     )
     (wheel,) = tmp_path.glob("*.whl")
     names = zipfile.ZipFile(wheel).namelist()
