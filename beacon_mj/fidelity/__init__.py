@@ -1,1 +1,64 @@
-"""Closed-form checks of the physics that the benchmark ships."""
+"""Closed-form checks of the physics that the benchmark ships.
+
+The worlds are those of the benchmark: the shipped arena and robot, with hand-made
+or generated scenes, compiled by the same `scene_mjcf` and stepped by the same `World`.
+"""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from types import MappingProxyType
+
+from beacon_mj.errors import RunError, unknown
+from beacon_mj.fidelity import energy, friction, impact, mass, pushing, repeat
+from beacon_mj.fidelity.row import Row
+
+#: The checks by name, in the order of the table.
+CHECKS: Mapping[str, tuple[Callable[[], list[Row]], ...]] = MappingProxyType(
+    {
+        "creep": (friction.creep,),
+        "breakaway": (friction.breakaway,),
+        "rolling": (friction.rolling,),
+        "deceleration": (friction.deceleration,),
+        "steady": (pushing.steady,),
+        "work": (pushing.work,),
+        "row": (pushing.row_of_boxes,),
+        "saturation": (pushing.saturation,),
+        "impact": (impact.spring,),
+        "momentum": (impact.momentum,),
+        "damage": (impact.damage,),
+        "mass": (mass.compiled, mass.robot),
+        "energy": (energy.audit,),
+        "repeat": (repeat.bitwise,),
+        "quiet": (repeat.quiet,),
+        "jacobian": (repeat.jacobian,),
+        "log": (repeat.log_file,),
+    }
+)
+
+
+def fidelity_rows(checks: Sequence[str] = ()) -> Iterator[Row]:
+    """Yield the rows of the named checks as they are measured; all if none is named.
+
+    Raises:
+        RunError: If there is no check of that name.
+    """
+    for name in checks:
+        if name not in CHECKS:
+            raise RunError(unknown("fidelity check", name, CHECKS))
+    for name in checks or CHECKS:
+        for measure in CHECKS[name]:
+            yield from measure()
+
+
+def run_fidelity(checks: Sequence[str] = ()) -> list[Row]:
+    """Return the rows of the named checks; all if none is named.
+
+    Args:
+        checks: Names out of `CHECKS`.
+
+    Raises:
+        RunError: If there is no check of that name.
+    """
+    return list(fidelity_rows(checks))
+
+
+__all__ = ["CHECKS", "Row", "fidelity_rows", "run_fidelity"]
