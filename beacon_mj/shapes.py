@@ -5,7 +5,6 @@ z up from the centre of its height. Lengths in [m], volumes in [m^3].
 """
 
 import math
-from itertools import pairwise
 from typing import Annotated, Literal
 
 import msgspec
@@ -193,11 +192,16 @@ def tilted_footprint(shape: Shape, rotation: Array) -> Footprint:
 
 
 def is_convex_ccw(vertices: Array) -> bool:
-    """Whether a polygon (k, 2) is strictly convex and counter-clockwise."""
-    closed = np.vstack([vertices, vertices[:2]])
-    edges = np.array([b - a for a, b in pairwise(closed)])
-    turns = edges[:-1, 0] * edges[1:, 1] - edges[:-1, 1] * edges[1:, 0]
-    return bool((turns > 0.0).all()) and polygon_area(vertices) > 0.0
+    """Whether a polygon (k, 2) is strictly convex and counter-clockwise.
+
+    Every turn is to the left and all turns together are one revolution: a star
+    turns left everywhere, too, but twice round.
+    """
+    edges = np.roll(vertices, -1, axis=0) - vertices
+    following = np.roll(edges, -1, axis=0)
+    cross = edges[:, 0] * following[:, 1] - edges[:, 1] * following[:, 0]
+    turns = np.arctan2(cross, (edges * following).sum(axis=1))
+    return bool((cross > 0.0).all() and turns.sum() < 3.0 * math.pi)
 
 
 def _extrude(outline: Array, height: float) -> tuple[Array, float]:
