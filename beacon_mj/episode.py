@@ -9,7 +9,9 @@ import numpy as np
 
 from beacon_mj.observation import Command, Observation, Task
 from beacon_mj.planners.base import Planner
+from beacon_mj.planners.truth import Oracle
 from beacon_mj.protocol import Protocol, battery_slope
+from beacon_mj.rehearsal import truth_about
 from beacon_mj.scene import Scene
 from beacon_mj.sensing import Sensor
 from beacon_mj.trace import Outcome, StepRecord, Trace
@@ -84,6 +86,8 @@ def run_episode(
         world = World(scene)
     else:
         world.reset()
+    if isinstance(planner, Oracle):
+        planner.set_truth(truth_about(scene, protocol, run_episode))
     sensor = Sensor(world, protocol)
     observation = sensor.observe(None, 1.0)
     trace = Trace(

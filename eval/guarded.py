@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 
 from beacon_mj.observation import Command, Observation, Task
 from beacon_mj.planners.base import Planner
+from beacon_mj.planners.truth import Oracle, Truth
 
 #: Limits that a reset may take: compiling a planner's kernels is no decision.
 RESET_LIMITS = 20
@@ -18,12 +19,13 @@ class _Overdue(BaseException):
     """A decision exceeds its time limit; not an Exception, so none swallows it."""
 
 
-class Guarded(Planner):
+class Guarded(Oracle):
     """Builds a planner for each episode and turns whatever it does into an Exception.
 
     `run_episode` makes a `planner_error` of that. A decision that does not end is
     interrupted after `limit_s` where the system has interval timers and this is the
-    main thread; elsewhere it is judged when it ends.
+    main thread; elsewhere it is judged when it ends. The truth about a world is passed
+    on to oracles and to no other planner.
     """
 
     Config: ClassVar[type[Any]] = dict
@@ -34,10 +36,16 @@ class Guarded(Planner):
         self._build = build
         self._limit_s = limit_s
 
+    def set_truth(self, truth: Truth) -> None:
+        """Keep the truth until it is known who asks."""
+        self._truth = truth
+
     def reset(self, task: Task) -> None:
         """Build the planner and reset it."""
         with _contained(RESET_LIMITS * self._limit_s):
             self._planner = self._build()
+            if isinstance(self._planner, Oracle):
+                self._planner.set_truth(self._truth)
             self._planner.reset(task)
 
     def act(self, observation: Observation) -> Command:
