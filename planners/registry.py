@@ -16,7 +16,12 @@ COMPETITORS = {
     "semantic": "beacon_mj.planners.semantic:Semantic",
     "beacon": "beacon_mj.planners.beacon:Beacon",
 }
-ANCHORS = {"push-through": "beacon_mj.planners.push_through:PushThrough"}
+#: Yardsticks: beside the table, never in it. `clairvoyant` is told the truth.
+ANCHORS = {
+    "impact": "beacon_mj.planners.impact:Impact",
+    "push-through": "beacon_mj.planners.push_through:PushThrough",
+    "clairvoyant": "beacon_mj.planners.clairvoyant:Clairvoyant",
+}
 ALIASES = {"bug": "bug1"}
 
 
