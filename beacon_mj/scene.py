@@ -1,9 +1,10 @@
 """The scene: the whole truth about one world, as plain data.
 
 A scene is generated once from a seed and stored as JSON. The SHA-256 of those bytes
-is its identity in every result. Lengths in [m], angles in [rad], densities in
-[kg/m^3], forces in [N]; coordinates in the arena frame, whose origin is the
-south-west corner of the workspace.
+is its identity in every result; that it was solved in the simulator, recorded in
+`Certificate.simulated`, does not change it. Lengths in [m], angles in [rad],
+densities in [kg/m^3], forces in [N]; coordinates in the arena frame, whose origin is
+the south-west corner of the workspace.
 """
 
 import hashlib
@@ -174,8 +175,13 @@ class Scene(_Record, frozen=True, kw_only=True):
 
     @cached_property
     def sha256(self) -> str:
-        """SHA-256 of the scene's JSON, its identity."""
-        return hashlib.sha256(self.to_json()).hexdigest()
+        """SHA-256 of the scene's JSON without `certificate.simulated`, its identity.
+
+        That a scene was solved says nothing new about the world that it is.
+        """
+        proved = msgspec.structs.replace(self.certificate, simulated=None)
+        plain = msgspec.structs.replace(self, certificate=proved)
+        return hashlib.sha256(plain.to_json()).hexdigest()
 
     def to_json(self) -> bytes:
         """Return the canonical JSON; equal scenes give equal bytes."""
