@@ -309,6 +309,34 @@ def _check_shape(o: Obstacle) -> None:
             f"Obstacle {o.id!r}: expected a prism's vertices_m to be strictly convex "
             "and counter-clockwise but they were not."
         )
+    if isinstance(shape, shapes.Hulls):
+        _check_hulls(o.id, shape)
+    if np.abs(shapes.footprint(shape).centroid).max() > OVERLAP_TOLERANCE_M:
+        raise SceneError(
+            f"Obstacle {o.id!r}: expected its footprint's centroid at the origin of "
+            "its shape but it was not."
+        )
+
+
+def _check_hulls(name: str, shape: shapes.Hulls) -> None:
+    try:
+        volume = sum(shapes.hull_volume(np.array(part)) for part in shape.parts_m)
+    except ValueError as error:
+        raise SceneError(
+            f"Obstacle {name!r}: expected every part of parts_m to be a solid but one "
+            "was flat."
+        ) from error
+    if not math.isclose(volume, shape.volume_m3, rel_tol=1e-6):
+        raise SceneError(
+            f"Obstacle {name!r}: expected volume_m3 to be that of its parts, "
+            f"{volume:.9f}, but it was {shape.volume_m3}."
+        )
+    heights = shape.core()[0][:, 2]
+    if abs(heights.min() + heights.max()) > OVERLAP_TOLERANCE_M:
+        raise SceneError(
+            f"Obstacle {name!r}: expected parts_m to reach as far below the origin as "
+            "above it but they did not."
+        )
 
 
 def _check_clear_of_robot(scene: Scene) -> None:

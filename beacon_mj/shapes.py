@@ -191,6 +191,20 @@ def tilted_footprint(shape: Shape, rotation: Array) -> Footprint:
     return Footprint(convex_hull((points @ rotation.T)[:, :2]), radius)
 
 
+def hull_volume(points: Array) -> float:
+    """Return the volume of the convex hull of points (k, 3) [m^3].
+
+    Raises:
+        ValueError: If they lie in a plane.
+    """
+    from scipy.spatial import ConvexHull, QhullError
+
+    try:
+        return float(ConvexHull(points).volume)
+    except QhullError as error:
+        raise ValueError("Expected points of a solid but they lie flat.") from error
+
+
 def is_convex_ccw(vertices: Array) -> bool:
     """Whether a polygon (k, 2) is strictly convex and counter-clockwise.
 

@@ -73,7 +73,7 @@ def _scaled_hulls(nominal: shapes.Hulls, length_m: float) -> shapes.Hulls:
 def _hulls_of(name: str, parts: list[Array]) -> shapes.Hulls:
     """Return the shape of convex parts; its volume is that of the rounded points."""
     rounded = tuple(_rounded(p) for p in parts)
-    volume = sum(_hull_volume(np.array(p)) for p in rounded)
+    volume = sum(shapes.hull_volume(np.array(p)) for p in rounded)
     return shapes.Hulls(name=name, parts_m=rounded, volume_m3=volume)
 
 
@@ -143,12 +143,6 @@ def _hulls(model: Any, geoms: list[int], name: str) -> shapes.Hulls:
     centre = core_centroid(convex_hull(everything[:, :2]))
     middle = 0.5 * (everything[:, 2].min() + everything[:, 2].max())
     return _hulls_of(name, [p - (*centre, middle) for p in parts])
-
-
-def _hull_volume(points: Array) -> float:
-    from scipy.spatial import ConvexHull
-
-    return float(ConvexHull(points).volume)
 
 
 def _geom_points(model: Any, geom: int) -> Array:
