@@ -24,6 +24,16 @@ MAGIC = b"\x89MCAP0\r\n"
 _FOOTER_BYTES = 9 + 20 + len(MAGIC)
 
 
+class _Exact(BytesIO):
+    """Bytes that are read in full or not at all."""
+
+    def read(self, size: int | None = -1, /) -> bytes:
+        data = super().read(size)
+        if size is not None and len(data) < size:
+            raise EndOfFile
+        return data
+
+
 class Container:
     """One MCAP file.
 
@@ -72,9 +82,8 @@ class Container:
             raise LogError(f"{self.path}: the log is damaged: {error}.") from error
 
     def _checked(self) -> Iterator[McapRecord]:
-        stream = BytesIO(self._data)
         reader = StreamReader(
-            stream,
+            _Exact(self._data),
             emit_chunks=True,
             validate_crcs=True,
             record_size_limit=MAX_CHUNK_BYTES,
@@ -89,13 +98,23 @@ class Container:
                         f"{self.path}: expected at most {MAX_LOG_BYTES} bytes of "
                         "messages but there are more."
                     )
-                yield from breakup_chunk(chunk, validate_crc=True)
+                yield from self._inside(chunk)
             else:
                 if isinstance(record, Attachment):
                     self._check_attachment(record)
                 if isinstance(record, Footer):
                     self._check_summary(record)
                 yield record
+
+    def _inside(self, chunk: Chunk) -> list[McapRecord]:
+        """Return the records of an unpacked chunk."""
+        try:
+            return breakup_chunk(chunk, validate_crc=True)
+        except EndOfFile:
+            raise LogError(
+                f"{self.path}: expected whole records in a chunk but one breaks off: "
+                "the log is damaged."
+            ) from None
 
     def _unpack(self, chunk: Chunk) -> Chunk:
         """Return a chunk with its data unpacked, never more than declared."""

@@ -75,8 +75,8 @@ class Recorder:
         with self._writing():
             self._log_decision(record)
             before, self._time_ns = self._time_ns, time_ns
-            self._log_transforms(world, observation, before)
             self._log_state(world, record.outcome.step)
+            self._log_transforms(world, observation, before)
             self._log_sensed(observation)
             self._log_outcome(record, world)
             self._put("/step", encoding.step_message(record))

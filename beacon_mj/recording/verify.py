@@ -185,15 +185,21 @@ Essence = tuple[str, int, Any]
 
 
 def _essence(path: Path, row: Row | None) -> Iterator[Essence]:
-    """Yield (kind or topic, time [ns], content) of all that must be equal."""
+    """Yield (kind or topic, time [ns], content) of all that must be equal.
+
+    Messages come in their order, then attachments and metadata in the order of names,
+    for where those stand between chunks is no matter of content.
+    """
     topics: dict[int, str] = {}
+    fixed: list[Essence] = []
     for record in Container(path).records():
         if isinstance(record, Channel):
             topics[record.id] = record.topic
         elif isinstance(record, Message):
             yield topics.get(record.channel_id, "?"), record.log_time, record.data
         else:
-            yield from _fixed(record, row)
+            fixed += _fixed(record, row)
+    yield from sorted(fixed, key=lambda entry: entry[0])
 
 
 def _fixed(record: McapRecord, row: Row | None) -> Iterator[Essence]:
@@ -220,14 +226,15 @@ def _difference(logged: Essence | None, simulated: Essence | None) -> str:
             f"at {time_ns / NS:.1f} s the log has {name} where the simulation has "
             f"{simulated[0]} at {simulated[1] / NS:.1f} s."
         )
+    where = f"{name} at {time_ns / NS:.1f} s" if name in TOPICS else name
     before, after = _flat(name, content), _flat(name, simulated[2])
     for key in [*before, *after]:
         if before.get(key) != after.get(key):
             return (
-                f"{name} at {time_ns / NS:.1f} s: {key} is {before.get(key)!r} in the "
+                f"{where}: {key} is {before.get(key)!r} in the "
                 f"log but {after.get(key)!r} in the simulation."
             )
-    return f"{name} at {time_ns / NS:.1f} s: encoded differently."
+    return f"{where}: encoded differently."
 
 
 def _flat(name: str, content: Any) -> dict[str, Any]:
@@ -237,8 +244,12 @@ def _flat(name: str, content: Any) -> dict[str, Any]:
     if isinstance(content, bytes):
         return {"content": f"{len(content)} bytes"}
     out = dict(content)
-    out |= msgspec.json.decode(out.pop("row", "{}"))
-    return out
+    try:
+        row = msgspec.json.decode(out.get("row", "{}"), type=dict[str, Any])
+    except msgspec.DecodeError:
+        return out
+    out.pop("row", None)
+    return out | {f"row.{column}": value for column, value in row.items()}
 
 
 def _fields(prefix: str, value: Any) -> Iterator[tuple[str, Any]]:

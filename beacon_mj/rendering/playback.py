@@ -105,7 +105,7 @@ class Playback:
 
     def _paint(self, scene: Any, step: int) -> None:
         """Recolour the geoms of all obstacles."""
-        colours = self._obstacle_colours(step)
+        colours = self.obstacle_colours(step)
         for k in range(scene.ngeom):
             geom = scene.geoms[k]
             if geom.objtype != mujoco.mjtObj.mjOBJ_GEOM or geom.objid < 0:
@@ -114,7 +114,7 @@ class Playback:
             if i is not None:
                 geom.rgba[:3] = colours[i]
 
-    def _obstacle_colours(self, step: int) -> Array:
+    def obstacle_colours(self, step: int) -> Array:
         """Return the colour of each obstacle, shape (n, 3)."""
         sensed, broken = self._history[step]
         record = self.record(min(step + 1, self.steps))

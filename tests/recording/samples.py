@@ -78,8 +78,14 @@ def _normalised(scores: tuple[float, ...]) -> tuple[float, float, float]:
 
 
 def scene_with_damage() -> Scene:
-    """Return a cluttered scene in which PushThrough breaks something."""
-    return generate_scene("cluttered", 3)
+    """Return a scene in which PushThrough breaks one thing and moves two in a chain."""
+    for index in range(30):
+        scene = generate_scene("cluttered", index)
+        outcomes = [s.outcome for s in run_episode(scene, PushThrough()).steps]
+        chains = (len(d.chain) > 1 for o in outcomes for d in o.displacements)
+        if any(o.damages for o in outcomes) and any(chains):
+            return scene
+    raise AssertionError("expected a scene with damage among thirty")
 
 
 def row(trace: Trace) -> Mapping[str, Any]:

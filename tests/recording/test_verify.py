@@ -1,0 +1,193 @@
+"""A genuine log proves itself; a forged one does not, even with mended checksums."""
+
+import hashlib
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from mcap.records import Attachment, McapRecord, Message, Metadata
+
+from beacon_mj.planners.base import Planner
+from beacon_mj.recording import provenance, verify
+from beacon_mj.recording.messages import message
+from beacon_mj.recording.schemas import SCENE_NAME, TOPICS, WORLD_NAME
+from tests.recording.conftest import Sample
+from tests.recording.samples import Crash, GiveUp, record, rewrite, row
+
+
+@pytest.mark.parametrize("name", ["sample", "damage"])
+def test_genuine_log_proves_itself(name: str, request: pytest.FixtureRequest) -> None:
+    path, live = request.getfixturevalue(name)
+    found = verify(path, row)
+    assert found.problem is None
+    assert found.ok
+    assert found.row_checked
+    assert found.steps == len(live.steps)
+
+
+@pytest.mark.parametrize("planner", [GiveUp(), Crash()])
+def test_early_ends_prove_themselves(tmp_path: Path, planner: Planner) -> None:
+    record(tmp_path / "x.mcap", planner=planner)
+    assert verify(tmp_path / "x.mcap", row).problem is None
+
+
+def _forge(
+    sample: Sample, out: Path, topic: str, number: int, edit: Callable[[Any], None]
+) -> None:
+    """Change the `number`-th message of a topic that `edit` can be applied to."""
+    seen = 0
+    done = []
+
+    def change(name: str, r: McapRecord) -> McapRecord:
+        nonlocal seen
+        if name == topic and isinstance(r, Message):
+            seen += 1
+            if seen == number:
+                found = message(TOPICS[topic]).FromString(r.data)
+                edit(found)
+                assert found.SerializeToString() != r.data
+                r.data = found.SerializeToString()
+                done.append(True)
+        return r
+
+    rewrite(sample.path, out, change)
+    assert done
+
+
+def _command(m: Any) -> None:
+    m.velocity_mps.x *= 1.0 + 1e-9
+
+
+def _state(m: Any) -> None:
+    m.qpos[0] += 1e-12
+
+
+def _force(m: Any) -> None:
+    m.contacts[0].peak_n *= 0.5
+
+
+def _position(m: Any) -> None:
+    m.position_m.y += 1e-9
+
+
+def _transform(m: Any) -> None:
+    m.transforms[0].translation.x += 0.1
+
+
+def _text(m: Any) -> None:
+    m.message = "nothing to see here"
+
+
+@pytest.mark.parametrize(
+    ("topic", "number", "edit", "message"),
+    [
+        ("/command", 12, _command, r"/state at 1.2 s: qpos\[0\] is .* in the log but"),
+        ("/state", 9, _state, r"/state at 0.8 s: qpos\[0\]"),
+        ("/contacts", 3, _force, r"/contacts at .*peak_n"),
+        ("/step", 21, _position, r"/step at 2.0 s: position_m.y"),
+        ("/tf", 31, _transform, r"/tf at 3.0 s: transforms\[0\].translation.x"),
+        ("/log", 2, _text, r"/log at .*message is 'nothing to see here'"),
+    ],
+)
+def test_forged_message_is_caught_where_it_differs(
+    sample: Sample,
+    tmp_path: Path,
+    topic: str,
+    number: int,
+    edit: Callable[[Any], None],
+    message: str,
+) -> None:
+    out = tmp_path / "forged.mcap"
+    _forge(sample, out, topic, number, edit)
+    found = verify(out, row)
+    assert not found.ok
+    assert found.problem is not None
+    assert re.search(message, found.problem), found.problem
+    assert "\n" not in found.problem
+
+
+def _with_metadata(sample: Sample, out: Path, name: str, **values: str) -> None:
+    def change(topic: str, r: McapRecord) -> McapRecord:
+        if isinstance(r, Metadata) and r.name == name:
+            r.metadata |= values
+        return r
+
+    rewrite(sample.path, out, change)
+
+
+@pytest.mark.parametrize(
+    ("values", "problem"),
+    [
+        (
+            {"outcome": "timeout"},
+            "metadata result: outcome is 'timeout' in the log but 'reached'",
+        ),
+        ({"steps": "3"}, "expected 3 steps"),
+        ({"row": '{"outcome":"reached","steps":1}'}, "metadata result: row.steps is 1"),
+    ],
+)
+def test_forged_result_is_caught(
+    sample: Sample, tmp_path: Path, values: dict[str, str], problem: str
+) -> None:
+    out = tmp_path / "forged.mcap"
+    _with_metadata(sample, out, "result", **values)
+    found = verify(out, row).problem
+    assert found is not None
+    assert re.search(problem, found), found
+
+
+def test_forged_attachment_is_caught(sample: Sample, tmp_path: Path) -> None:
+    def change(topic: str, r: McapRecord) -> McapRecord:
+        if isinstance(r, Attachment) and r.name == SCENE_NAME:
+            r.data = r.data.replace(b'"movable"', b'"safe"', 1)
+        return r
+
+    rewrite(sample.path, tmp_path / "x.mcap", change)
+    problem = verify(tmp_path / "x.mcap", row).problem
+    assert problem is not None
+    assert "expected attachment 'scene.json' to have SHA-256" in problem
+
+
+def test_forged_world_with_mended_hash_is_caught(
+    sample: Sample, tmp_path: Path
+) -> None:
+    def change(topic: str, r: McapRecord) -> McapRecord:
+        if isinstance(r, Attachment) and r.name == WORLD_NAME:
+            r.data = forged
+        if isinstance(r, Metadata) and r.name == "attachments":
+            r.metadata[WORLD_NAME] = hashlib.sha256(forged).hexdigest()
+        return r
+
+    forged = b"<mujoco/>"
+    rewrite(sample.path, tmp_path / "x.mcap", change)
+    problem = verify(tmp_path / "x.mcap", row).problem
+    assert problem is not None
+    assert "attached world differs" in problem
+    assert "line 1" in problem
+
+
+def test_other_engine_is_refused_by_name(sample: Sample, tmp_path: Path) -> None:
+    _with_metadata(sample, tmp_path / "x.mcap", "versions", mujoco="3.1.6")
+    problem = verify(tmp_path / "x.mcap", row).problem
+    here = provenance.versions()["mujoco"]
+    assert problem is not None
+    assert f"recorded with mujoco 3.1.6 but this is mujoco {here}" in problem
+
+
+def test_unfinished_log_is_refused(sample: Sample, tmp_path: Path) -> None:
+    data = sample.path.read_bytes()
+    (tmp_path / "x.mcap").write_bytes(data[: int(0.7 * len(data))])
+    problem = verify(tmp_path / "x.mcap", row).problem
+    assert problem is not None
+    assert "unfinished" in problem
+
+
+def test_without_a_row_function_the_row_is_not_checked(
+    sample: Sample, tmp_path: Path
+) -> None:
+    _with_metadata(sample, tmp_path / "x.mcap", "result", row='{"steps":1}')
+    found = verify(tmp_path / "x.mcap")
+    assert found.ok
+    assert not found.row_checked
