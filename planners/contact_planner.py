@@ -6,7 +6,7 @@ learns from what happened. Subclasses say what may be pushed and what it costs.
 """
 
 from abc import abstractmethod
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -133,7 +133,8 @@ class ContactPlanner(Planner):
             action: Action = "push" if controller.phase == "push" else "approach"
             if controller.phase == "back_off":
                 action = "back_off"
-            return self._command(velocity, action, controller.reason, name)
+            reason = controller.reason or self._reason
+            return self._command(velocity, action, reason, name)
         if controller.phase == "failed":
             self._failures[name] = self._failures.get(name, 0) + 1
         self._cooldown[name] = observation.time_s + _COOLDOWN_S
@@ -183,16 +184,30 @@ class ContactPlanner(Planner):
     def _consider(self, observation: Observation, *, last_resort: bool) -> bool:
         """Compare pushes on the way through with the way round; False if none."""
         costs = self._costs(observation, last_resort=last_resort)
+        for plans in self.options(observation, costs):
+            self._decision = self.compare(observation, plans, self._free)
+            if self._decision.plan is not None:
+                self._begin(self._decision.plan, observation)
+            if self._decision.plan is not None or self._free.path is not None:
+                return True
+        return False
+
+    def options(
+        self, observation: Observation, costs: dict[int, float]
+    ) -> Iterator[list[PushPlan]]:
+        """Yield the pushes of each obstacle that the way through meets first.
+
+        After each, that obstacle blocks the way, and the next best way is planned.
+        """
+        costs = dict(costs)
         while costs:
             self._map.plan(observation, costs)
             crossing = self._map.crossing(observation, costs)
             if crossing is None:
-                return False
+                return
             if plans := self._plans(observation, crossing):
-                self._decide(observation, plans)
-                return True
+                yield plans
             del costs[crossing.index]
-        return False
 
     def _costs(
         self, observation: Observation, *, last_resort: bool
@@ -236,26 +251,27 @@ class ContactPlanner(Planner):
         """Whether chain reactions are predicted before a push (paper II.G)."""
         return True
 
-    def _decide(self, observation: Observation, plans: list[PushPlan]) -> None:
-        """Compare, and begin a push if it was chosen."""
-        self._decision = self.compare(observation, plans, self._free)
-        plan = self._decision.plan
-        if plan is not None:
-            limits = self.limits(observation, plan)
-            self._controller = PushController(plan, self._task, limits)
+    def _begin(self, plan: PushPlan, observation: Observation) -> None:
+        """Begin a push."""
+        limits = self.limits(observation, plan)
+        self._controller = PushController(plan, self._task, limits)
 
     def _proceed(self, observation: Observation) -> Command:
         """Begin what was chosen, or go on along the way round."""
         if self._controller is not None:
             velocity = self._controller.act(observation)
-            reason = self._decision.reason if self._decision else ""
-            return self._command(velocity, "approach", reason, self._controller.plan.id)
+            name = self._controller.plan.id
+            return self._command(velocity, "approach", self._reason, name)
         if self._free.path is None:
             return give_up("No way round, and nothing that may be pushed.")
         velocity = self._free.velocity(observation)
         detour = self._decision is not None
-        reason = self._decision.reason if self._decision else "The way is free."
-        return self._command(velocity, "detour" if detour else "move", reason)
+        return self._command(velocity, "detour" if detour else "move", self._reason)
+
+    @property
+    def _reason(self) -> str:
+        """Why the robot does what it does."""
+        return self._decision.reason if self._decision else "The way is free."
 
     def _command(
         self, velocity: Array, action: Action, reason: str, target: str | None = None
