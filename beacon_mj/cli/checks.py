@@ -27,22 +27,37 @@ with mujoco.Renderer(model, 32, 32) as renderer:
 """
 
 
-def fidelity() -> int:
-    """Compare the physics with closed forms; status 1 if a row fails."""
+def fidelity(*checks: str) -> int:
+    """Compare the physics with closed forms; status 1 if a row fails.
+
+    Parameters
+    ----------
+    checks
+        Names of checks to run, such as creep; all by default.
+    """
     from rich.box import SIMPLE_HEAD
     from rich.table import Table
 
-    from beacon_mj.fidelity import run_fidelity
+    from beacon_mj.fidelity import fidelity_rows
 
-    table = Table("law", "expected", "measured", "tolerance", "", box=SIMPLE_HEAD)
-    rows = run_fidelity()
-    for row in rows:
+    table = Table("law", box=SIMPLE_HEAD, show_edge=False, padding=0)
+    for heading in ("expected", "measured", "tolerance"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    table.add_column("unit")
+    table.add_column("", no_wrap=True)
+    passed = total = 0
+    for row in fidelity_rows(checks):
+        numbers = [f"{x:.4g}" for x in (row.expected, row.measured, row.tolerance)]
         verdict = "ok" if row.passed else "FAIL"
-        table.add_row(row.law, row.expected, row.measured, row.tolerance, verdict)
+        table.add_row(f"{row.check}: {row.law}", *numbers, row.unit, verdict)
+        passed, total = passed + row.passed, total + 1
+        if sys.stderr.isatty():
+            print(f"\r{total} rows, {passed} pass", end="", file=sys.stderr)
+    if sys.stderr.isatty():
+        print(file=sys.stderr)
     console().print(table)
-    failed = sum(not row.passed for row in rows)
-    print(f"{len(rows) - failed} of {len(rows)} rows pass")
-    return FAILED if failed else 0
+    print(f"\n{passed} of {total} rows pass")
+    return 0 if passed == total else FAILED
 
 
 def doctor() -> int:

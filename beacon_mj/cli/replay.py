@@ -67,7 +67,7 @@ def _print_row(log: Path) -> None:
 
 def _draw(log: Path, video: Path | None, png: Path | None) -> None:
     """Draw the episode; the backends need OpenGL and, for video, PyAV."""
-    from beacon_mj.recording.render import render_strip, render_video
+    from beacon_mj.rendering import render_strip, render_video
 
     if png is not None:
         render_strip(log, png)

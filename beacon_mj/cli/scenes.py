@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 from beacon_mj.cli import options
-from beacon_mj.errors import BeaconError, RunError
+from beacon_mj.errors import RunError
 
 if TYPE_CHECKING:
     from beacon_mj.scene import Scene
@@ -21,7 +21,15 @@ def generate(
     seed: options.Seed = 0,
     perception: options.Perception = None,
     templates: options.Templates = None,
-) -> None:
+    certify: Annotated[
+        bool,
+        Parameter(
+            negative=(),
+            show_default=False,
+            help="Then solve each in MuJoCo, as `beacon-mj certify` does.",
+        ),
+    ] = False,
+) -> int:
     """Write certified scenes: scene_0000.json, and its world as scene_0000.xml.
 
     Several families go to a folder each. The same options give the same bytes.
@@ -39,6 +47,11 @@ def generate(
             profile = perception or "noisy"
             _write(generate_scene(each, index, seed, profile), folder)
         print(f"{folder}: {episodes} scenes of {each.name}", file=sys.stderr)
+    if not certify:
+        return 0
+    from beacon_mj.cli.certify import certify as certify_folder
+
+    return certify_folder(out)
 
 
 def families(*, templates: options.Templates = None) -> None:
@@ -78,15 +91,14 @@ def view(
     scene
         A scene's JSON file.
     """
+    from beacon_mj.rendering import render_scene, view_scene
     from beacon_mj.scene import load_scene
 
     found = load_scene(scene)
-    if png is not None:
-        from beacon_mj.rendering import render_scene
-
-        render_scene(found, png)
-        return
-    _open_window(found)
+    if png is None:
+        view_scene(found)
+    else:
+        print(render_scene(found, png), file=sys.stderr)
 
 
 def _make_folder(path: Path) -> None:
@@ -111,19 +123,3 @@ def _write(scene: "Scene", folder: Path) -> None:
         part = folder / f"{stem}{suffix}.part"
         part.write_bytes(text)
         part.replace(folder / f"{stem}{suffix}")
-
-
-def _open_window(scene: "Scene") -> None:
-    import mujoco
-    import mujoco.viewer
-
-    from beacon_mj.scene_gen.mjcf import scene_mjcf
-
-    model = mujoco.MjModel.from_xml_string(scene_mjcf(scene))
-    try:
-        mujoco.viewer.launch(model)
-    except Exception as error:
-        raise BeaconError(
-            f"Expected a display for the viewer but there is none ({error}). "
-            "Write a picture with --png out.png."
-        ) from error
