@@ -23,6 +23,9 @@ from beacon_mj.planners.truth import Oracle, Rollout, TrueObstacle, Truth
 from beacon_mj.planners.ways_through import Way, gentle_touches, lines_through
 from beacon_mj.shortcut import length
 
+#: Speeds of pushing that are tried, as shares of the limit.
+SPEED_SHARES = (1.0, 0.5, 0.2)
+
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class ClairvoyantConfig:
@@ -51,12 +54,16 @@ class Clairvoyant(Oracle):
 
         T(P) = (length of the shortest path past everything not in P) / v_max
 
-    bounds the time of every way that pushes no more than P. The root is P = all that
-    can be pushed without damage. Nodes are taken in order of T(P), and each is tried
-    in a copy of the true world, with several lines and speeds; its children are P
-    without one of the obstacles that its path leads through. The search ends when no
-    node left can save a worthwhile number of steps. The commands of the best clean
-    rehearsal are then repeated: the world is deterministic, so they end as they did.
+    bounds the time of every way that pushes no more than P. After the way round (P
+    empty) the root is P = all that can be pushed without damage. Nodes are taken in
+    order of T(P), and each is tried in a copy of the true world, with several lines
+    and speeds; its children are P without one of the obstacles that its path leads
+    through. The search ends when no node left can save a worthwhile number of steps,
+    or with the last rehearsal allowed. The commands of the best clean rehearsal are
+    then repeated: the world is deterministic, so they end as they did.
+
+    The objective is time: the fewest control steps without damage, and of equal ones
+    the shortest path. Energy is not minimised.
     """
 
     Config: ClassVar[type[ClairvoyantConfig]] = ClairvoyantConfig
@@ -97,6 +104,10 @@ class Clairvoyant(Oracle):
         return Command(velocity_mps=velocity, rationale=rationale)
 
 
+#: Bound [steps], order of discovery, what may be pushed, and the shortest path.
+_Node = tuple[float, int, frozenset[str], Array]
+
+
 class _Search:
     """Branch and bound over sets of obstacles that may be pushed."""
 
@@ -112,10 +123,13 @@ class _Search:
         pushable = frozenset(
             o.id for o in self._truth.obstacles if o.pushable(self._task.force_max_n)
         )
-        queue: list[tuple[float, int, frozenset[str], Array]] = []
+        queue: list[_Node] = []
         seen: set[frozenset[str]] = set()
-        for soft in (frozenset[str](), pushable):
-            self._push(queue, seen, soft)
+        self._push(queue, seen, frozenset())
+        for bound, _, soft, path in queue:  # The way round, where there is one.
+            self._try(bound, Way(path, soft, ()))
+        queue.clear()
+        self._push(queue, seen, pushable)
         while queue:
             bound, _, soft, path = heapq.heappop(queue)
             if self._settled(bound):
@@ -128,7 +142,7 @@ class _Search:
 
     def _push(
         self,
-        queue: list[tuple[float, int, frozenset[str], Array]],
+        queue: list[_Node],
         seen: set[frozenset[str]],
         soft: frozenset[str],
     ) -> None:
@@ -177,8 +191,9 @@ class _Search:
     def _manners(self, way: Way) -> Iterator[RouteDriverConfig]:
         """Yield lines and speeds in which to drive a way."""
         task = self._task
-        speeds = (1.0, 0.5, 0.2) if way.through else (1.0,)
-        for share in speeds:
+        for share in SPEED_SHARES if way.through else SPEED_SHARES[:1]:
+            if share < 0.5 and self.best is not None:
+                return  # Crawling saves no time; it is for want of another way.
             for line in lines_through(way, task):
                 yield RouteDriverConfig(
                     soft=way.soft,

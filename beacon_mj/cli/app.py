@@ -14,6 +14,14 @@ COMMANDS = {
         "beacon_mj.cli.scenes:generate",
         "Write scenes, as JSON and as MJCF.",
     ),
+    "certify": (
+        "beacon_mj.cli.certify:certify",
+        "Prove in MuJoCo that scenes can be solved without damage.",
+    ),
+    "regret": (
+        "beacon_mj.cli.regret:regret",
+        "Compare a planner with one that knows everything.",
+    ),
     "view": ("beacon_mj.cli.scenes:view", "Look at a scene."),
     "families": ("beacon_mj.cli.scenes:families", "List the scene families."),
     "planners": ("beacon_mj.cli.planners:planners", "List the planners."),
