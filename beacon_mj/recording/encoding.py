@@ -54,15 +54,37 @@ def command_message(velocity_mps: Array) -> Any:
     return out
 
 
-def decision_message(rationale: Rationale) -> Any:
-    """Return why a command was chosen; path and beliefs have topics of their own."""
+def split_path(path_m: Array, plan_m: Array) -> tuple[Array, int] | None:
+    """Return a path as a few new points and the rest of a logged plan.
+
+    A robot on its way drops the points that it has passed, and may put its own
+    position first. Returns (new points (h, 2) with h <= 1, number of last points of the
+    plan that follow), or None if the path is another one.
+    """
+    for head in (0, 1):
+        tail = len(path_m) - head
+        if 0 <= tail <= len(plan_m) and np.array_equal(
+            path_m[head:], plan_m[len(plan_m) - tail :]
+        ):
+            return path_m[:head], tail
+    return None
+
+
+def decision_message(rationale: Rationale, head_m: Array, tail: int) -> Any:
+    """Return why a command was chosen; plan and beliefs have topics of their own.
+
+    `head_m` and `tail` are the path as `split_path` gives it.
+    """
     out = message("beacon_mj.Decision")(
         action=rationale.action,
         reason=rationale.reason,
         replanned=rationale.replanned,
         expansions=rationale.expansions,
         has_path=rationale.path_m is not None,
+        path_tail=tail,
     )
+    for x, y in head_m.tolist():
+        out.path_head.add(x=x, y=y)
     if rationale.target is not None:
         out.target = rationale.target
     if rationale.cost_push is not None:

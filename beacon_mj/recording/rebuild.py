@@ -1,6 +1,6 @@
 """From a log back to the trace of its episode, exactly."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, get_args
 
@@ -52,7 +52,7 @@ class _Rebuild:
         self._number = {o.id: i for i, o in enumerate(log.scene.obstacles)}
         self._plan = _Latest(log.messages["/plan"])
         self._belief = _Latest(log.messages["/belief"])
-        self._path: Array | None = None
+        self._points = np.zeros((0, 2))
         self._beliefs: dict[str, Probabilities] = {}
         self._contacts = _by_time(log, "/contacts")
         self._pushes = _by_time(log, "/push")
@@ -111,8 +111,7 @@ class _Rebuild:
 
     def _rationale(self, time_ns: int, decision: Any) -> Rationale:
         if (plan := self._plan.until(time_ns)) is not None:
-            rows = [(p.position.x, p.position.y) for p in plan.poses]
-            self._path = np.array(rows, np.float64).reshape(-1, 2)
+            self._points = _rows(p.position for p in plan.poses)
         if (belief := self._belief.until(time_ns)) is not None:
             self._beliefs = {
                 b.obstacle: (b.safe, b.movable, b.fragile) for b in belief.obstacles
@@ -124,11 +123,20 @@ class _Rebuild:
             cost_push=_optional(decision, "cost_push"),
             cost_detour=_optional(decision, "cost_detour"),
             terms={term.name: term.value for term in decision.terms},
-            path_m=self._path if decision.has_path else None,
+            path_m=self._path(decision),
             beliefs=self._beliefs,
             replanned=decision.replanned,
             expansions=decision.expansions,
         )
+
+    def _path(self, decision: Any) -> Array | None:
+        """Return the path: a few points of its own, then the end of the plan."""
+        if not decision.has_path:
+            return None
+        first = len(self._points) - decision.path_tail
+        if first < 0:
+            raise IndexError(f"{decision.path_tail} points of a shorter plan")
+        return np.vstack([_rows(decision.path_head), self._points[first:]])
 
     def _outcome(self, time_ns: int, step: Any) -> StepOutcome:
         return StepOutcome(
@@ -207,6 +215,11 @@ def _pair_force(c: Any) -> PairForce:
 
 def _planar(vector: Any) -> Array:
     return np.array((vector.x, vector.y))
+
+
+def _rows(points: Iterable[Any]) -> Array:
+    """Return points as an array, shape (m, 2)."""
+    return np.array([(p.x, p.y) for p in points], np.float64).reshape(-1, 2)
 
 
 def _optional(found: Any, name: str) -> Any:

@@ -150,7 +150,7 @@ class Recorder:
         self._state = encoding.StateDelta()
         self._poses = np.zeros((0, 7))
         self._moving = np.zeros(0, np.bool_)
-        self._path: Array | None = None
+        self._plan = np.zeros((0, 2))
         self._beliefs: dict[str, Any] = {}
         self._visible: list[str] = []
         self._mapped: dict[str, tuple[Footprint, bool]] = {}
@@ -172,8 +172,9 @@ class Recorder:
         rationale = command.rationale
         self._put("/command", encoding.command_message(command.velocity_mps))
         try:
-            self._put("/decision", encoding.decision_message(rationale))
-            self._log_path(rationale)
+            head, tail = self._log_path(rationale)
+            message = encoding.decision_message(rationale, head, tail)
+            self._put("/decision", message)
             if rationale.beliefs != self._beliefs:
                 self._beliefs = dict(rationale.beliefs)
                 self._put("/belief", encoding.belief_message(rationale))
@@ -184,14 +185,17 @@ class Recorder:
         if rationale.replanned:
             self._put("/log", events.replanned(rationale, self._time_ns))
 
-    def _log_path(self, rationale: Rationale) -> None:
-        """Write the planned path when it is another one; none is an empty one."""
+    def _log_path(self, rationale: Rationale) -> tuple[Array, int]:
+        """Write the plan if it is another one; return the path in terms of it."""
         path = np.zeros((0, 2))
         if rationale.path_m is not None:
             path = np.asarray(rationale.path_m, np.float64).reshape(-1, 2)
-        if self._path is None or not np.array_equal(path, self._path):
-            self._path = path.copy()
+        split = encoding.split_path(path, self._plan)
+        if split is None or (len(path) == 0) != (len(self._plan) == 0):
+            self._plan = path.copy()
             self._put("/plan", encoding.plan_message(path, self._time_ns))
+            split = path[:0], len(path)
+        return split
 
     def _log_transforms(
         self, world: World, observation: Observation, before_ns: int

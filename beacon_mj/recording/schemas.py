@@ -65,7 +65,8 @@ BEACON: Final[dict[str, str]] = {
     "Command": "velocity_mps:foxglove.Vector2",
     "Term": "name:string value:double",
     "Decision": "action:string reason:string target:?string cost_push:?double "
-    "cost_detour:?double terms:*Term replanned:bool expansions:uint64 has_path:bool",
+    "cost_detour:?double terms:*Term replanned:bool expansions:uint64 has_path:bool "
+    "path_head:*foxglove.Vector2 path_tail:uint32",
     "ClassBelief": "obstacle:string safe:double movable:double fragile:double",
     "Belief": "obstacles:*ClassBelief",
     "ContactForce": "obstacle:string counterpart:string force_n:foxglove.Vector3 "
