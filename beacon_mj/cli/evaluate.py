@@ -33,6 +33,7 @@ def evaluate(
     episodes: Annotated[
         int | None,
         Parameter(
+            converter=options.whole,
             validator=Number(gte=1, lte=10**6),
             help="Scenes per family; 100 by default, or all that are stored.",
         ),
@@ -46,6 +47,7 @@ def evaluate(
     workers: Annotated[
         int | None,
         Parameter(
+            converter=options.whole,
             validator=Number(gte=1, lte=4096),
             help="Processes; one per core by default.",
         ),

@@ -3,15 +3,26 @@
 Nothing heavy is imported here: help must be fast.
 """
 
+import re
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Literal
 
-from cyclopts import Parameter
+from cyclopts import Parameter, Token
 from cyclopts.validators import Number
 
 # The same as beacon_mj.scene.Profile, whose module takes a second to import.
 Profile = Literal["truth", "noisy", "misleading"]
 Log = Literal["all", "failures", "none"]
+
+
+def whole(kind: type, tokens: Sequence[Token]) -> int:
+    """Return a whole number; cyclopts itself would round 1.5 without a word."""
+    text = tokens[0].value
+    if not re.fullmatch(r"[+-]?[0-9]+", text):
+        raise ValueError(f"expected a whole number but it was {text!r}.")
+    return int(text)
+
 
 Family = Annotated[
     tuple[str, ...],
@@ -25,6 +36,7 @@ Family = Annotated[
 Seed = Annotated[
     int,
     Parameter(
+        converter=whole,
         validator=Number(gte=0, lte=2**53),
         help="Seed of scenes, perception and planners.",
     ),
@@ -39,4 +51,4 @@ Perception = Annotated[
 Templates = Annotated[
     Path | None, Parameter(help="Folder of your own family templates.")
 ]
-Count = Annotated[int, Parameter(validator=Number(gte=1, lte=10**6))]
+Count = Annotated[int, Parameter(converter=whole, validator=Number(gte=1, lte=10**6))]
