@@ -107,6 +107,11 @@ class Beacon(ContactPlanner):
         """Whether chain reactions are predicted before a push (paper II.G)."""
         return self.config.predict_cascades
 
+    @property
+    def accepted_fragile_chain(self) -> float:
+        """Probability of being fragile up to which a chain reaction may reach it."""
+        return self.config.accepted_fragile_chain
+
     def belief_changed(self, change_l1: float) -> bool:
         """Whether |b' - b|_1 > epsilon_b (paper II.H)."""
         cfg = self.config

@@ -37,6 +37,8 @@ class BeaconVoiConfig:
     break_probability: float = 0.02
     #: The same for a fragile obstacle that a chain reaction would reach.
     chain_break_probability: float = 0.3
+    #: Probability of being fragile above which no chain reaction may reach it.
+    accepted_fragile_chain: float = 0.2
     #: Extra cost of ways through space that was never in range [m/m].
     unknown_premium: float = 0.3
     #: Least probability of giving way at which a push is considered.
@@ -56,7 +58,12 @@ class BeaconVoiConfig:
         """
         for name in ("failure_s", "energy_weight", "damage_s", "unknown_premium"):
             expect_between(name, getattr(self, name), 0.0, 1000.0)
-        for name in ("break_probability", "chain_break_probability", "least_chance"):
+        for name in (
+            "break_probability",
+            "chain_break_probability",
+            "accepted_fragile_chain",
+            "least_chance",
+        ):
             expect_between(name, getattr(self, name), 0.0, 1.0)
         expect_between("force_error", self.force_error, 0.001, 3.0)
         expect_between("gentle_force_n", self.gentle_force_n, 0.1, 1000.0)
@@ -95,6 +102,11 @@ class BeaconVoi(ContactPlanner):
         self._times.note_range(observation.position_m)
         return super().act(observation)
 
+    @property
+    def accepted_fragile_chain(self) -> float:
+        """Probability of being fragile up to which a chain reaction may reach it."""
+        return self.config.accepted_fragile_chain
+
     def chance(self, observation: Observation, index: int) -> float:
         """Return p_i, the probability that an obstacle gives way to a full push."""
         obstacle = observation.obstacles[index]
@@ -119,7 +131,9 @@ class BeaconVoi(ContactPlanner):
     def _consider(self, observation: Observation, *, last_resort: bool) -> bool:
         """Choose the least expected time among all pushes and the way round."""
         costs = self._costs(observation, last_resort=last_resort)
-        options = list(islice(self.options(observation, costs), _MOST_OPTIONS))
+        options = list(
+            islice(self.options(observation, costs, wide=last_resort), _MOST_OPTIONS)
+        )
         if not options:
             return False
         self._times.update(observation)

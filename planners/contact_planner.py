@@ -17,9 +17,10 @@ from beacon_mj.observation import Action, Command, Observation, Rationale, Task
 from beacon_mj.planners.base import Planner
 from beacon_mj.planners.contact_map import ContactMap, Crossing
 from beacon_mj.planners.free_route import FreeRoute
-from beacon_mj.planners.push_candidates import PushPlan, push_plans
+from beacon_mj.planners.push_candidates import PushPlan, nearby, push_plans
 from beacon_mj.planners.push_controller import PushController, PushLimits
 from beacon_mj.planners.recovery import Recovery, give_up
+from beacon_mj.pushing import PushWorld
 
 _CELL_M = 0.05  #: Grid of the way through, and of the way round [m].
 _MARGIN_M = 0.015  #: Room kept on the way round [m].
@@ -27,6 +28,7 @@ _TIGHT_CELL_M = 0.025  #: Grid of the way round where there is no other way [m].
 _TIGHT_MARGIN_M = 0.005  #: Room kept there [m].
 _COOLDOWN_S = 3.0  #: Time for which an obstacle just pushed aside is left alone [s].
 _CLEAR_SLACK_M = 0.3  #: A free way this much longer than planned ends a push [m].
+_LOOK_AHEAD_M = 0.2  #: Travel ahead of a push that is watched for fragile things [m].
 _MAX_FAILURES = 2  #: Failed pushes of one obstacle before it counts as immovable.
 
 
@@ -56,6 +58,7 @@ class ContactPlanner(Planner):
         self._controller: PushController | None = None
         self._decision: Decision | None = None
         self._failures: dict[str, int] = {}
+        self._broken: set[str] = set()
         self._cooldown: dict[str, float] = {}
         self._planned_version = -1
         self._stale = True
@@ -109,6 +112,7 @@ class ContactPlanner(Planner):
         """Take in new obstacles and the evidence of push attempts."""
         for obstacle in observation.obstacles[len(self.beliefs.beliefs) :]:
             self.beliefs.sight(obstacle)
+        self._broken = {o.id for o in observation.obstacles if o.broken}
         for evidence in observation.evidence:
             change = self.beliefs.learn(evidence)
             if self.belief_changed(change):
@@ -126,8 +130,11 @@ class ContactPlanner(Planner):
         name = controller.plan.id
         if controller.phase == "approach" and not self._still_open(observation):
             controller.phase = "failed"
-        if controller.phase == "push" and self._way_is_clear(controller, observation):
-            controller.phase, controller.reason = "done", "the way is clear"
+        if controller.phase == "push":
+            if self._way_is_clear(controller, observation):
+                controller.phase, controller.reason = "done", "the way is clear"
+            elif self._harms_next(controller, observation):
+                controller.phase, controller.reason = "done", "it would break another"
         velocity = controller.act(observation)
         if controller.phase not in ("done", "failed"):
             action: Action = "push" if controller.phase == "push" else "approach"
@@ -165,6 +172,31 @@ class ContactPlanner(Planner):
         onward = float(np.hypot(*(self._task.goal_m - end)))
         return free.length_m < ahead + onward + _CLEAR_SLACK_M
 
+    def _harms_next(self, controller: PushController, observation: Observation) -> bool:
+        """Whether going on would drive the pushed obstacle into a likely-fragile one.
+
+        What lies behind an obstacle is often seen only once the push has begun.
+        """
+        limit = self.accepted_fragile_chain
+        if limit >= 1.0 or not self.predicts_cascades:
+            return False
+        near = nearby(observation, controller.plan.index, _LOOK_AHEAD_M)
+        ahead = _LOOK_AHEAD_M * controller.plan.direction
+        cascade = PushWorld([observation.obstacles[i] for i in near]).cascade(
+            0, ahead, lambda i: 0.0, self._task.force_max_n, lambda i: False
+        )
+        names = [observation.obstacles[near[i]].id for i, _ in cascade.moved[1:]]
+        return any(
+            self.beliefs.probability(n, "fragile") > limit
+            for n in names
+            if n not in self._broken
+        )
+
+    @property
+    def accepted_fragile_chain(self) -> float:
+        """Probability of being fragile up to which a chain reaction may reach it."""
+        return 1.0
+
     def _choose(self, observation: Observation) -> None:
         """Plan both ways and decide."""
         self._stale, self._planned_version = False, observation.map_version
@@ -184,7 +216,7 @@ class ContactPlanner(Planner):
     def _consider(self, observation: Observation, *, last_resort: bool) -> bool:
         """Compare pushes on the way through with the way round; False if none."""
         costs = self._costs(observation, last_resort=last_resort)
-        for plans in self.options(observation, costs):
+        for plans in self.options(observation, costs, wide=last_resort):
             self._decision = self.compare(observation, plans, self._free)
             if self._decision.plan is not None:
                 self._begin(self._decision.plan, observation)
@@ -193,7 +225,7 @@ class ContactPlanner(Planner):
         return False
 
     def options(
-        self, observation: Observation, costs: dict[int, float]
+        self, observation: Observation, costs: dict[int, float], *, wide: bool
     ) -> Iterator[list[PushPlan]]:
         """Yield the pushes of each obstacle that the way through meets first.
 
@@ -205,7 +237,7 @@ class ContactPlanner(Planner):
             crossing = self._map.crossing(observation, costs)
             if crossing is None:
                 return
-            if plans := self._plans(observation, crossing):
+            if plans := self._plans(observation, crossing, wide=wide):
                 yield plans
             del costs[crossing.index]
 
@@ -231,7 +263,9 @@ class ContactPlanner(Planner):
         """Return a cell cost for use when there is no other way, None for never."""
         return None
 
-    def _plans(self, observation: Observation, crossing: Crossing) -> list[PushPlan]:
+    def _plans(
+        self, observation: Observation, crossing: Crossing, *, wide: bool
+    ) -> list[PushPlan]:
         obstacles = observation.obstacles
 
         def fixed(i: int) -> bool:
@@ -244,6 +278,7 @@ class ContactPlanner(Planner):
             lambda i: min(self.beliefs.force_n(obstacles[i]), self._task.force_max_n),
             fixed,
             predict=self.predicts_cascades,
+            wide=wide,
         )
 
     @property

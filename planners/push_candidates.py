@@ -6,16 +6,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from beacon_mj.geometry import Array, Footprints, signed_distance
+from beacon_mj.geometry import Array, Footprint, Footprints, signed_distance
 from beacon_mj.observation import Observation, Task
 from beacon_mj.planners.contact_map import Crossing
 from beacon_mj.pushing import Cascade, PushWorld
 
-#: Directions that are tried, relative to the way through [rad].
+#: Directions that are tried, relative to the way through [rad]; the wide fan is for
+#: when nothing else is left, and an obstacle must be cleared away to whatever side.
 FAN = tuple(math.radians(a) for a in (0.0, -15.0, 15.0, -30.0, 30.0, -45.0, 45.0))
+WIDE_FAN = tuple(math.radians(a) for a in range(-180, 180, 20))
 STANDOFF_M = 0.06  #: Gap between bumper and obstacle where the approach ends [m].
 FOLLOW_THROUGH_M = 0.25  #: Travel beyond the crossing until the disc can turn away [m].
 _LONGEST_M = 2.0
+_GOAL_ROOM_M = 0.1  #: Room beside the disc at the goal that no push may take [m].
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,6 +57,7 @@ def push_plans(
     fixed: Callable[[int], bool],
     *,
     predict: bool = True,
+    wide: bool = False,
 ) -> list[PushPlan]:
     """Return the pushes of the crossed obstacle that geometry and forces allow.
 
@@ -64,6 +68,7 @@ def push_plans(
         force: Breakaway force of an obstacle by index [N].
         fixed: Whether an obstacle is known not to give way.
         predict: Whether chain reactions are predicted (paper II.G).
+        wide: Whether to try pushes to all sides.
 
     Returns:
         Feasible plans, the most direct first.
@@ -72,7 +77,8 @@ def push_plans(
     way = crossing.exit_m - crossing.entry_m
     main = math.atan2(way[1], way[0])
     plans = []
-    for heading in _headings(observation, crossing.index, main):
+    fan = WIDE_FAN if wide else FAN
+    for heading in _headings(observation, crossing.index, main, fan):
         direction = np.array([math.cos(heading), math.sin(heading)])
         plan = _plan(observation, task, crossing, direction, world, force, fixed)
         if plan is not None:
@@ -80,10 +86,12 @@ def push_plans(
     return plans
 
 
-def _headings(observation: Observation, index: int, main: float) -> list[float]:
+def _headings(
+    observation: Observation, index: int, main: float, fan: tuple[float, ...]
+) -> list[float]:
     """Return headings around `main`, and those square to the faces nearest to it."""
     vertices = observation.obstacles[index].footprint.vertices
-    headings = [main + turn for turn in FAN]
+    headings = [main + turn for turn in fan]
     if len(vertices) > 1:
         edges = np.roll(vertices, -1, axis=0) - vertices
         inward = np.arctan2(edges[:, 0], -edges[:, 1])
@@ -111,6 +119,8 @@ def _plan(
         return None
     through = float((crossing.exit_m - touch) @ direction)
     travel = min(max(through, 0.0) + FOLLOW_THROUGH_M, _LONGEST_M)
+    if _lands_on_goal(obstacle.footprint, travel * direction, task):
+        return None
     if world is None:
         cascade = Cascade(((index, travel),), force(index), None)
     else:
@@ -120,6 +130,12 @@ def _plan(
     if not cascade.feasible:
         return None
     return PushPlan(index, obstacle.id, direction, approach, touch, travel, cascade)
+
+
+def _lands_on_goal(footprint: Footprint, travel: Array, task: Task) -> bool:
+    """Whether a push would leave an obstacle where the robot must end."""
+    landed = Footprints.stack([footprint.shifted(travel)])
+    return bool(landed.distance(task.goal_m)[0] < task.radius_m + _GOAL_ROOM_M)
 
 
 def touching_point(
@@ -167,3 +183,20 @@ def segment_is_clear(
     if len(footprints) == 0:
         return True
     return bool(footprints.segment_distance(start, end).min() >= clearance_m)
+
+
+def nearby(observation: Observation, index: int, reach_m: float) -> list[int]:
+    """Return the obstacles near one of them, itself first, by bounding discs.
+
+    Args:
+        observation: The map.
+        index: The obstacle in the middle.
+        reach_m: Gap up to which others count as near [m].
+    """
+    vertices = observation.footprints.vertices
+    centres = vertices.mean(axis=1)
+    spread = np.hypot(*np.moveaxis(vertices - centres[:, None], 2, 0)).max(axis=1)
+    reach = spread + observation.footprints.radius
+    apart = np.hypot(*(centres - centres[index]).T)
+    near = np.flatnonzero(apart <= reach + reach[index] + reach_m)
+    return [index, *(int(i) for i in near if i != index)]

@@ -8,6 +8,10 @@ import numpy as np
 from beacon_mj.observation import Command, Observation, Rationale, Task
 from beacon_mj.planners.base import Planner
 from beacon_mj.planners.checks import expect_between
+from beacon_mj.planners.recovery import STALL_RADIUS_M, give_up
+
+#: Time without progress after which nothing will give way any more [s].
+PATIENCE_S = 10.0
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -29,8 +33,9 @@ class PushThroughConfig:
 class PushThrough(Planner):
     """v = share v_max (goal - x) / ||goal - x||, slower only to stop at the goal.
 
-    It uses nothing that is sensed. What it breaks, and where it gets stuck, is what a
-    planner gains by looking.
+    It uses nothing that is sensed, and gives up once nothing has given way for
+    `PATIENCE_S`. What it breaks, and where it gets stuck, is what a planner gains by
+    looking.
     """
 
     Config: ClassVar[type[PushThroughConfig]] = PushThroughConfig
@@ -39,10 +44,13 @@ class PushThrough(Planner):
     def reset(self, task: Task) -> None:
         """Take note of the goal."""
         self._task = task
+        self._anchor, self._since_s = task.start_m, 0.0
 
     def act(self, observation: Observation) -> Command:
         """Drive at the goal."""
         task = self._task
+        if self._stalled(observation):
+            return give_up("Nothing gives way any more.")
         offset = task.goal_m - observation.position_m
         distance = float(np.hypot(*offset))
         limit = self.config.speed_share * task.speed_mps
@@ -54,3 +62,10 @@ class PushThrough(Planner):
                 path_m=np.array([observation.position_m, task.goal_m]),
             ),
         )
+
+    def _stalled(self, observation: Observation) -> bool:
+        """Whether the robot has stayed in one place for too long."""
+        if np.hypot(*(observation.position_m - self._anchor)) > STALL_RADIUS_M:
+            self._anchor = observation.position_m.copy()
+            self._since_s = observation.time_s
+        return observation.time_s - self._since_s > PATIENCE_S
