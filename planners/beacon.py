@@ -1,13 +1,13 @@
 """BEACON: belief-aware replanning, the paper's method, whole."""
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, fields
 from typing import ClassVar
 
 import numpy as np
 
 from beacon_mj.belief import BeliefMap, Likelihoods
-from beacon_mj.observation import Observation, Probabilities
+from beacon_mj.observation import Observation, Probabilities, Task
 from beacon_mj.planners.checks import expect_between
 from beacon_mj.planners.contact_planner import ContactPlanner, Decision
 from beacon_mj.planners.free_route import FreeRoute
@@ -63,8 +63,18 @@ class BeaconConfig:
     predict_cascades: bool = True
     #: Whether weights follow the battery (an ablation).
     battery_reweighting: bool = True
-    #: The weights of J that Table I does not sweep.
-    weights: Weights = field(default_factory=Weights)
+    #: Weight of the position term of J (w_p).
+    w_p: float = 1.0
+    #: Weight of the risk term of J at full battery (w_r scale).
+    w_r_scale: float = 1.0
+    #: Weight of the velocity term of J at full battery (w_v floor).
+    w_v_floor: float = 0.05
+    #: What the velocity term gains until the battery is empty (w_v range).
+    w_v_range: float = 0.1
+    #: Weight of distance in J, per metre (w_d).
+    w_d: float = 1.0
+    #: Weight of time in J, per second (w_t).
+    w_t: float = 0.3
 
     def __post_init__(self) -> None:
         """Check the ranges.
@@ -77,10 +87,15 @@ class BeaconConfig:
             expect_between(name, getattr(self, name), 0.0, 1000.0)
         for name in ("accepted_fragile", "accepted_fragile_chain", "accepted_safe"):
             expect_between(name, getattr(self, name), 0.0, 1.0)
+        self.weights()
         expect_between("belief_threshold", self.belief_threshold, 0.0, 2.0)
         expect_between("gentle_force_n", self.gentle_force_n, 0.1, 1000.0)
         expect_between("fragile_force_n", self.fragile_force_n, 0.1, 1000.0)
         expect_between("push_speed_mps", self.push_speed_mps, 0.01, 5.0)
+
+    def weights(self) -> Weights:
+        """Return the weights of J."""
+        return Weights(**{f.name: getattr(self, f.name) for f in fields(Weights)})
 
 
 class Beacon(ContactPlanner):
@@ -101,6 +116,15 @@ class Beacon(ContactPlanner):
 
     def _new_beliefs(self) -> BeliefMap:
         return BeliefMap(Likelihoods(), update_belief=self.config.update_belief)
+
+    def reset(self, task: Task) -> None:
+        """Forget everything."""
+        super().reset(task)
+        self._weights = self.config.weights()
+
+    def planning_radius_m(self, task: Task) -> float:
+        """Radius with which collisions are checked [m]; the body's may differ."""
+        return self.config.robot_radius_m or task.radius_m
 
     @property
     def predicts_cascades(self) -> bool:
@@ -218,6 +242,6 @@ class Beacon(ContactPlanner):
             candidate,
             observation,
             self._task,
-            replace(cfg.weights, w_e=cfg.w_e),
+            self._weights,
             battery_reweighting=cfg.battery_reweighting,
         )

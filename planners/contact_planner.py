@@ -7,7 +7,7 @@ learns from what happened. Subclasses say what may be pushed and what it costs.
 
 from abc import abstractmethod
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -50,10 +50,12 @@ class ContactPlanner(Planner):
         """Forget everything."""
         self._task = task
         self.beliefs = self._new_beliefs()
-        self._wide = FreeRoute(task, _CELL_M, _MARGIN_M)
-        self._tight = FreeRoute(task, _TIGHT_CELL_M, _TIGHT_MARGIN_M)
+        radius_m = self.planning_radius_m(task)
+        checked = replace(task, radius_m=radius_m)
+        self._wide = FreeRoute(checked, _CELL_M, _MARGIN_M)
+        self._tight = FreeRoute(checked, _TIGHT_CELL_M, _TIGHT_MARGIN_M)
         self._free = self._wide
-        self._map = ContactMap(task, _CELL_M, task.radius_m + _TIGHT_MARGIN_M)
+        self._map = ContactMap(task, _CELL_M, radius_m + _TIGHT_MARGIN_M)
         self._recovery = Recovery(task)
         self._controller: PushController | None = None
         self._decision: Decision | None = None
@@ -62,6 +64,10 @@ class ContactPlanner(Planner):
         self._cooldown: dict[str, float] = {}
         self._planned_version = -1
         self._stale = True
+
+    def planning_radius_m(self, task: Task) -> float:
+        """Radius with which collisions are checked [m]."""
+        return task.radius_m
 
     @abstractmethod
     def _new_beliefs(self) -> BeliefMap:

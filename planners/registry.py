@@ -16,6 +16,8 @@ COMPETITORS = {
     "semantic": "beacon_mj.planners.semantic:Semantic",
     "beacon": "beacon_mj.planners.beacon:Beacon",
 }
+#: Planners of our own; `beacon` stays the paper's.
+OURS = {"beacon-voi": "beacon_mj.planners.beacon_voi:BeaconVoi"}
 #: Yardsticks: beside the table, never in it. `clairvoyant` is told the truth.
 ANCHORS = {
     "impact": "beacon_mj.planners.impact:Impact",
@@ -31,7 +33,7 @@ def planner_names() -> dict[str, str]:
     A third party's planner cannot take the name of a built-in one.
     """
     third = {e.name: e.value for e in entry_points(group=GROUP)}
-    return third | COMPETITORS | ANCHORS
+    return third | COMPETITORS | OURS | ANCHORS
 
 
 def load_planner(spec: str) -> tuple[str, type[Planner]]:
