@@ -91,16 +91,16 @@ def test_broken_obstacle_changes_colour(log_path: Path) -> None:
 def test_video_has_a_frame_per_step_and_they_differ(
     log_path: Path, tmp_path: Path
 ) -> None:
-    out = render_video(log_path, tmp_path / "x.mp4", width=320, height=240)
+    out = render_video(log_path, tmp_path / "x.mp4", width=320, height=360)
     with av.open(str(out)) as container:
         stream = container.streams.video[0]
-        assert (stream.width, stream.height) == (320, 240)
+        assert (stream.width, stream.height) == (320, 360)
         assert stream.average_rate == 20
         frames = [f.to_ndarray(format="rgb24") for f in container.decode(stream)]
     steps = len(read_trace(log_path).steps)
     assert len(frames) == steps + 1 + 30
     changes = [
-        np.abs(a.astype(int) - b).mean()
+        np.abs(a[:240].astype(int) - b[:240]).mean()
         for a, b in zip(frames, frames[10:steps], strict=False)
     ]
     assert min(changes) > 0.05
@@ -141,7 +141,7 @@ def test_text_names_decision_costs_and_end(log_path: Path) -> None:
         )
         costs = "\n".join(describe(frames, pushed))
     assert "straight through" in lines
-    assert lines.endswith("END: timeout")
+    assert "END: timeout" in lines
     assert "C_push = 1.5" in costs
     assert "C_detour = inf" in costs
 

@@ -10,49 +10,54 @@ from beacon_mj.rendering.gl import Image
 from beacon_mj.rendering.playback import Playback
 from beacon_mj.trace import StepRecord, Trace
 
-INK, PAPER = (20, 24, 34, 255), (255, 255, 255, 215)
+INK = (20, 24, 34)
+LINES, LINE_PIXELS = 4, 24
+BAND_PIXELS = (LINES + 1) * LINE_PIXELS  #: Height of the text below a picture.
 EVENT_S = 1.0  #: How long an event stays in the picture [s].
 
 
-def annotate(picture: Image, lines: list[str], size_px: int = 17) -> Image:
-    """Return a picture with lines of text on a panel at its top left."""
-    if not lines:
-        return picture
-    base = Pillow.fromarray(picture).convert("RGBA")
-    layer = Pillow.new("RGBA", base.size, (0, 0, 0, 0))
-    draw = ImageDraw.Draw(layer)
-    font = ImageFont.load_default(size_px)
-    text = "\n".join(lines)
-    margin = size_px // 2
-    box = draw.multiline_textbbox((2 * margin, 2 * margin), text, font=font)
-    panel = box[0] - margin, box[1] - margin, box[2] + margin, box[3] + margin
-    draw.rounded_rectangle(panel, radius=margin, fill=PAPER)
-    draw.multiline_text((2 * margin, 2 * margin), text, font=font, fill=INK)
-    return np.asarray(Pillow.alpha_composite(base, layer).convert("RGB"))
+def annotate(picture: Image, lines: list[str]) -> Image:
+    """Return a picture with a band of text below it, `BAND_PIXELS` high."""
+    height, width = picture.shape[:2]
+    out = Pillow.new("RGB", (width, height + BAND_PIXELS), "white")
+    out.paste(Pillow.fromarray(picture), (0, 0))
+    draw = ImageDraw.Draw(out)
+    font = ImageFont.load_default(0.72 * LINE_PIXELS)
+    for k, line in enumerate(lines[:LINES]):
+        place = LINE_PIXELS // 2, height + (k + 0.4) * LINE_PIXELS
+        draw.text(place, line, font=font, fill=INK)
+    return np.asarray(out)
 
 
 def describe(playback: Playback, step: int) -> list[str]:
-    """Return the lines about one step: title, decision, costs, forces, events."""
+    """Return the lines about one step: title, decision, costs and force, events."""
     trace, record = playback.trace, playback.record(step)
     time_s = 0.0 if record is None else record.outcome.time_s
-    lines = [f"{trace.scene.name}   {trace.planner}   t = {time_s:.1f} s"]
-    if record is not None:
-        lines += _decision(record)
-        lines += _forces(record)
-        lines += recent_events(trace, step)
+    title = f"{trace.scene.name}   {trace.planner}   t = {time_s:.1f} s"
     if step == playback.steps and trace.outcome is not None:
-        lines.append(f"END: {trace.outcome}")
-    return lines
+        title += f"   END: {trace.outcome}"
+    if record is None:
+        return [title]
+    return [
+        title,
+        _decision(record),
+        "   ".join([*_costs(record), *_force(record)]),
+        "   ".join(recent_events(trace, step)),
+    ]
 
 
-def _decision(record: StepRecord) -> list[str]:
+def _decision(record: StepRecord) -> str:
     rationale = record.command.rationale
     target = "" if rationale.target is None else f" {rationale.target}"
     line = f"{rationale.action}{target}"
     if rationale.reason:
         line += f": {rationale.reason}"
-    lines = [_shortened(line)]
-    costs = [
+    return line if len(line) <= 100 else line[:99] + "…"
+
+
+def _costs(record: StepRecord) -> list[str]:
+    rationale = record.command.rationale
+    return [
         f"{name} = {value:.1f}"
         for name, value in (
             ("C_push", rationale.cost_push),
@@ -60,10 +65,10 @@ def _decision(record: StepRecord) -> list[str]:
         )
         if value is not None
     ]
-    return lines + (["   ".join(costs)] if costs else [])
 
 
-def _forces(record: StepRecord) -> list[str]:
+def _force(record: StepRecord) -> list[str]:
+    """Return the strongest contact of a step, in words."""
     strongest = max(
         record.outcome.contacts, key=lambda c: c.filtered_peak_n, default=None
     )
@@ -83,7 +88,7 @@ def recent_events(trace: Trace, step: int) -> list[str]:
         if record.outcome.time_s < now - EVENT_S:
             break
         lines += events(record, trace)
-    return lines[:4]
+    return lines[:3]
 
 
 def events(record: StepRecord, trace: Trace) -> list[str]:
@@ -98,10 +103,6 @@ def events(record: StepRecord, trace: Trace) -> list[str]:
             for a in outcome.attempts
         ),
     ]
-
-
-def _shortened(line: str, length: int = 90) -> str:
-    return line if len(line) <= length else line[: length - 1] + "…"
 
 
 def captioned(picture: Image, caption: str, size_px: int = 16) -> Any:

@@ -8,7 +8,7 @@ import av
 from beacon_mj.recording.reader import read_log
 from beacon_mj.rendering.files import replacing
 from beacon_mj.rendering.gl import Image
-from beacon_mj.rendering.overlay import annotate, describe
+from beacon_mj.rendering.overlay import BAND_PIXELS, annotate, describe
 from beacon_mj.rendering.playback import Playback
 
 HOLD_S = 1.5  #: How long the last picture stays [s].
@@ -19,8 +19,8 @@ def render_video(
     out: str | Path,
     *,
     speed: float = 2.0,
-    width: int = 960,
-    height: int = 720,
+    width: int = 880,
+    height: int = 780,
 ) -> Path:
     """Write an MP4 of a log: one picture per control step.
 
@@ -29,7 +29,7 @@ def render_video(
         out: The video; written whole or not at all.
         speed: Simulated seconds per second of video, > 0.
         width: Width in pixels, even.
-        height: Height in pixels, even.
+        height: Height in pixels, even; 120 of them are for text.
 
     Raises:
         LogError: If the log cannot be read.
@@ -38,7 +38,10 @@ def render_video(
     log = read_log(log_path)
     period_s = log.scene.robot.control_period_s
     rate = Fraction(speed / period_s).limit_denominator(1000)
-    with Playback(log, width, height) as playback, replacing(Path(out)) as part:
+    with (
+        Playback(log, width, height - BAND_PIXELS) as playback,
+        replacing(Path(out)) as part,
+    ):
         with av.open(str(part), "w", format="mp4") as container:
             stream = container.add_stream("libx264", rate=rate)
             stream.width, stream.height, stream.pix_fmt = width, height, "yuv420p"
