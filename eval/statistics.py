@@ -4,14 +4,12 @@ scipy.stats takes a third of a second to import, so it is imported where it is u
 """
 
 from collections.abc import Sequence
+from statistics import NormalDist
 from typing import NamedTuple
 
 import numpy as np
 
-from beacon_mj.geometry import Array
-from beacon_mj.streams import stream
-
-RESAMPLES = 9999  #: Bootstrap resamples.
+from beacon_mj.eval.bootstrap import bca_intervals
 
 
 class Interval(NamedTuple):
@@ -39,8 +37,6 @@ def wilson_interval(
     """
     if not 0 <= count <= n or n < 1:
         raise ValueError(f"Expected 0 <= count <= n, n >= 1 but it was {count} of {n}.")
-    from statistics import NormalDist
-
     z = NormalDist().inv_cdf(0.5 + confidence / 2.0)
     p, q = count / n, z * z / n
     middle = p + q / 2.0
@@ -78,8 +74,8 @@ def mean_interval(
 ) -> Interval:
     """Return the mean and its BCa bootstrap interval, resampled by cluster.
 
-    Efron, "Better bootstrap confidence intervals", 1987. Episodes of one scene are
-    alike, so whole scenes are drawn: an interval that ignores that is too narrow.
+    See `bca_intervals`. Episodes of one scene are alike, so whole scenes are drawn: an
+    interval that ignores that is too narrow.
 
     Args:
         values: One value an episode.
@@ -96,7 +92,8 @@ def mean_interval(
     sums, counts = np.zeros((2, which.max() + 1))
     np.add.at(sums, which, data)
     np.add.at(counts, which, 1.0)
-    return _bca(sums, counts, confidence, seed)
+    [[low, high]] = bca_intervals(sums[:, None], counts[:, None], confidence, seed)
+    return Interval(float(sums.sum() / counts.sum()), float(low), float(high))
 
 
 def paired_interval(
@@ -146,34 +143,6 @@ def probability_of_improvement(
     above = x[:, None] > y[None, :]
     equal = x[:, None] == y[None, :]
     return float(above.mean() + 0.5 * equal.mean())
-
-
-def _bca(sums: Array, counts: Array, confidence: float, seed: int) -> Interval:
-    """Return the BCa interval of sum(sums) / sum(counts), drawing clusters."""
-    estimate = float(sums.sum() / counts.sum())
-    if len(sums) < 2:
-        return Interval(estimate, np.nan, np.nan)
-    if np.ptp(sums / counts) == 0.0:
-        return Interval(estimate, estimate, estimate)
-    from scipy.stats import bootstrap
-
-    result = bootstrap(
-        (sums, counts),
-        _ratio,
-        n_resamples=RESAMPLES,
-        paired=True,
-        vectorized=True,
-        batch=max(1, 2_000_000 // len(sums)),
-        confidence_level=confidence,
-        method="BCa",
-        rng=stream("analysis", seed, "bootstrap"),
-    )
-    low, high = result.confidence_interval
-    return Interval(estimate, float(low), float(high))
-
-
-def _ratio(sums: Array, counts: Array, axis: int = -1) -> Array:
-    return np.asarray(sums.sum(axis=axis) / counts.sum(axis=axis))
 
 
 def _check_paired(first: int, second: int) -> None:

@@ -1,14 +1,17 @@
 """Every table of a run: per family and overall, as plain numbers.
 
-Counts carry their n and a Wilson interval; means over all episodes and means over
-successes are separate entries. No episode is dropped: one that crashed is a failure
-in the denominator.
+Counts carry n and a Wilson interval, means n and a bootstrap interval; means over all
+episodes and means over successes are separate entries. No episode is dropped: one that
+crashed is a failure in the denominator.
 """
 
 import math
 from collections.abc import Sequence
 from typing import Any, get_args
 
+import numpy as np
+
+from beacon_mj.eval.bootstrap import bca_intervals
 from beacon_mj.eval.row import Row
 from beacon_mj.eval.statistics import wilson_interval
 from beacon_mj.trace import Outcome
@@ -77,13 +80,12 @@ def _planner(rows: Sequence[Row]) -> dict[str, Cell]:
 
 def cell(rows: Sequence[Row]) -> Cell:
     """Return the numbers of one planner on one set of scenes."""
-    solved = [row for row in rows if row.success]
     return {
         "n": len(rows),
         **{name: rate([getattr(row, name) for row in rows]) for name in RATES},
         "outcomes": {o: sum(row.outcome == o for row in rows) for o in OUTCOMES},
-        "mean": {name: mean(rows, name) for name in MEANS},
-        "mean_over_successes": {name: mean(solved, name) for name in MEANS},
+        "mean": means(rows),
+        "mean_over_successes": means([row for row in rows if row.success]),
     }
 
 
@@ -96,7 +98,31 @@ def rate(flags: Sequence[bool]) -> Cell:
     return {"count": count, "n": n, "rate": count / n, "low": low, "high": high}
 
 
-def mean(rows: Sequence[Row], name: str) -> float | None:
-    """Return the mean of a column where it is defined; None if it is nowhere."""
-    values = [v for row in rows if (v := getattr(row, name)) is not None]
-    return math.fsum(values) / len(values) if values else None
+def means(rows: Sequence[Row]) -> dict[str, Cell]:
+    """Return each column's mean where it is defined, its n and BCa 95 % interval.
+
+    Scenes are resampled, not episodes. Nulls where there is nothing to say.
+    """
+    scenes = {
+        key: i for i, key in enumerate(dict.fromkeys(r.scene_sha256 for r in rows))
+    }
+    sums, counts = np.zeros((2, len(scenes), len(MEANS)))
+    for row in rows:
+        for j, name in enumerate(MEANS):
+            if (value := getattr(row, name)) is not None:
+                sums[scenes[row.scene_sha256], j] += value
+                counts[scenes[row.scene_sha256], j] += 1.0
+    ends = bca_intervals(sums, counts) if rows else np.full((len(MEANS), 2), np.nan)
+    return {
+        name: _mean(float(sums[:, j].sum()), int(counts[:, j].sum()), *ends[j].tolist())
+        for j, name in enumerate(MEANS)
+    }
+
+
+def _mean(total: float, n: int, low: float, high: float) -> Cell:
+    return {
+        "mean": total / n if n else None,
+        "n": n,
+        "low": None if math.isnan(low) else low,
+        "high": None if math.isnan(high) else high,
+    }

@@ -104,5 +104,5 @@ def _percent(share: float | None) -> str:
     return "-" if share is None else f"{100 * share:.0f}"
 
 
-def _number(value: float | None, digits: int) -> str:
-    return "-" if value is None else f"{value:.{digits}f}"
+def _number(cell: dict[str, Any], digits: int) -> str:
+    return "-" if cell["mean"] is None else f"{cell['mean']:.{digits}f}"
