@@ -6,6 +6,10 @@ obstacle's origin has travelled `MOVED_M`, with `not_moved` when the force has s
 above `SATURATION` of the drive's limit for `SATURATED_S` without that, with `broken`
 when it breaks, and with nothing when contact is lost first. After evidence, contact
 must be lost before another attempt on the same obstacle can begin.
+
+The force of `moved` is the largest filtered force until the obstacle slipped: an upper
+bound on its breakaway force, 1.1 to 1.8 times mu m g depending on the speed of touch.
+What comes after it is inertia. The force of `not_moved` is what it held in the end.
 """
 
 from dataclasses import dataclass
@@ -20,6 +24,7 @@ from beacon_mj.world.contacts import FILTERED, FX, FY
 
 CONTACT_N = 1.0  #: Filtered force above which bumper and obstacle are in contact [N].
 MOVED_M = 0.010  #: Travel that counts as moved [m].
+SLIP_M = 0.0002  #: Travel up to which the force is still that of breaking away [m].
 SATURATION = 0.9  #: Share of the drive's limit that counts as pushing with all force.
 SATURATED_S = 0.3  #: Time at saturation after which the obstacle did not move [s].
 LOST_S = 0.1  #: Time without contact after which an attempt is over [s].
@@ -152,14 +157,18 @@ def _advance(
     time_s: float,
     timestep_s: float,
 ) -> None:
-    row[LARGEST] = max(row[LARGEST], force_n)
     row[SATURATED] = row[SATURATED] + timestep_s if force_n > saturation_n else 0.0
-    result = 0.0
+    travel2 = 0.0
     if address >= 0:
         dx, dy = qpos[address] - row[START_X], qpos[address + 1] - row[START_Y]
-        if dx * dx + dy * dy >= MOVED_M * MOVED_M:
-            result = 1.0
-    if result == 0.0 and row[SATURATED] >= SATURATED_S:
+        travel2 = dx * dx + dy * dy
+    if travel2 < SLIP_M * SLIP_M:
+        row[LARGEST] = max(row[LARGEST], force_n)
+    result = 0.0
+    if travel2 >= MOVED_M * MOVED_M:
+        result = 1.0
+    elif row[SATURATED] >= SATURATED_S:
         result = 2.0
+        row[LARGEST] = force_n
     if result > 0.0:
         row[PHASE], row[RESULT], row[WHEN] = CONCLUDED, result, time_s
