@@ -104,8 +104,9 @@ class Contact(NamedTuple):
 class PushEvidence(NamedTuple):
     """How one push attempt ended; exactly one for each attempt that says anything.
 
-    `force_n` is the largest filtered force of the attempt [N]: for `moved` the force
-    at which it broke away, for `not_moved` a lower bound on the force it needs.
+    `force_n` [N] is, for `moved`, the largest filtered force until it slipped, an upper
+    bound on the force it needs; for `not_moved` the force it held, a lower bound; for
+    `broken` the force that broke it.
     """
 
     id: str
