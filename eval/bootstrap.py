@@ -16,7 +16,7 @@ from beacon_mj.geometry import Array
 from beacon_mj.streams import stream
 
 RESAMPLES = 9999
-CELLS = 4_000_000  #: Entries of the resampling matrix that are held at a time.
+CELLS = 500_000  #: Entries of the resampling matrix that are held at a time.
 _NORMAL = NormalDist()
 
 
