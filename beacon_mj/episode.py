@@ -83,7 +83,7 @@ def run_episode(
     began = time.perf_counter()
     protocol = Protocol() if protocol is None else protocol
     if world is None:
-        world = World(scene)
+        world = World(scene, protocol.timestep_s)
     else:
         world.reset()
     if isinstance(planner, Oracle):

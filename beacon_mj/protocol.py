@@ -27,6 +27,7 @@ class Protocol(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
         stuck_radius_m: See `stuck_after_s`.
         decision_limit_s: Wall-clock time of one decision above which the outcome is
             `planner_error`.
+        timestep_s: Physics step; halve it to see whether results depend on it.
         occlusion: Whether an obstacle is sensed only in line of sight.
         pose_noise_m: Standard deviation of sensed positions.
         missed_detection: Probability that an obstacle in range is missed in a step.
@@ -40,6 +41,7 @@ class Protocol(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     stuck_after_s: Annotated[float, Meta(gt=0.0, le=1e4)] = 20.0
     stuck_radius_m: Annotated[float, Meta(gt=0.0, le=1.0)] = 0.05
     decision_limit_s: Annotated[float, Meta(gt=0.0, le=1e4)] = 30.0
+    timestep_s: Annotated[float, Meta(ge=1e-4, le=0.01)] = 0.002
     occlusion: bool = False
     pose_noise_m: Annotated[float, Meta(ge=0.0, le=0.5)] = 0.0
     missed_detection: Annotated[float, Meta(ge=0.0, lt=1.0)] = 0.0

@@ -51,7 +51,7 @@ class _Stage:
 
     @cached_property
     def _world(self) -> World:
-        return World(self._scene)
+        return World(self._scene, self._protocol.timestep_s)
 
     def rehearse(self, planner: Planner) -> Rollout:
         """Run an episode in the copy."""

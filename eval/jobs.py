@@ -45,7 +45,7 @@ def run_job(config: RunConfig, folder: Path | None, job: Job) -> list[Row]:
     scene = load_ref(config, job.ref)
     entries = [e for e in config.planners if e.name in job.planners]
     try:
-        world = World(scene)
+        world = World(scene, config.protocol.timestep_s)
     except SimulationError as error:
         return [
             lost_row(config, scene, e.name, "simulation_error", str(error))
