@@ -1,5 +1,6 @@
 """Drives a route that leads through some obstacles, and pushes them along the way."""
 
+import math
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import ClassVar
@@ -30,7 +31,7 @@ class RouteDriverConfig:
         via_m: Points that the route visits first, in order [m].
         touch_mps: Speed at which each of the soft obstacles may be met, by id [m/s].
         push_mps: Speed while an obstacle is being pushed [m/s].
-        max_steps: Control steps after which it gives up.
+        max_steps: Control steps within which it must arrive; else it gives up early.
     """
 
     soft: frozenset[str] = frozenset()
@@ -64,7 +65,7 @@ class RouteDriver(Planner):
         """Go on along the route."""
         if any(o.broken for o in observation.obstacles):
             return give_up("Something broke.")
-        if observation.step >= self.config.max_steps:
+        if observation.step + self._steps_left(observation) > self.config.max_steps:
             return give_up("Too slow.")
         away = self._recovery.velocity(observation)
         if self._recovery.exhausted:
@@ -81,6 +82,13 @@ class RouteDriver(Planner):
         self._progress = tracking.progress_m
         rationale = Rationale(action="follow", path_m=self._path)
         return Command(velocity_mps=tracking.velocity_mps, rationale=rationale)
+
+    def _steps_left(self, observation: Observation) -> int:
+        """Return the least number of control steps to the goal."""
+        task = self._task
+        distance = float(np.hypot(*(task.goal_m - observation.position_m)))
+        step_m = task.speed_mps * task.control_period_s
+        return max(math.ceil((distance - task.goal_tolerance_m) / step_m), 1)
 
     def _plan(self, observation: Observation) -> None:
         """Plan at first, and whenever something hard has moved."""
