@@ -92,7 +92,7 @@ def _unfit(log: Log) -> str | None:
                 f"{log.path}: recorded with {name} {log.versions.get(name)} but this "
                 f"is {name} {here[name]}: states need not be equal bit for bit."
             )
-    regenerated = scene_mjcf(log.scene)
+    regenerated = scene_mjcf(log.scene, log.protocol.timestep_s)
     if log.mjcf != regenerated:
         pairs = zip_longest(log.mjcf.splitlines(), regenerated.splitlines())
         line = next(k for k, (a, b) in enumerate(pairs, start=1) if a != b)
