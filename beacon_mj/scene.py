@@ -120,6 +120,11 @@ class Obstacle(_Record, frozen=True, kw_only=True):
         """Outline on the floor, in the arena frame."""
         return shapes.footprint(self.shape).moved(self.x_m, self.y_m, self.yaw_rad)
 
+    @cached_property
+    def outline(self) -> shapely.Polygon:
+        """The footprint as a polygon, arcs inscribed."""
+        return self.footprint.polygon()
+
     def pushable(self, force_n: float) -> bool:
         """Whether a force-limited robot can move it, slowly, without damage."""
         limit = force_n if self.break_force_n is None else self.break_force_n
@@ -362,7 +367,7 @@ def _check_clear_of_robot(scene: Scene) -> None:
 
 
 def _check_no_overlap(scene: Scene) -> None:
-    polygons = np.array([o.footprint.polygon() for o in scene.obstacles])
+    polygons = np.array([o.outline for o in scene.obstacles])
     if not len(polygons):
         return
     inside = shapely.box(*scene.workspace_m).buffer(OVERLAP_TOLERANCE_M)

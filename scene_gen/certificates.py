@@ -101,7 +101,7 @@ def _door_ids(
     doors = door_candidates(scene)
     if free is not None:
         swept = shapely.LineString(reference).buffer(scene.robot.radius_m)
-        doors = [o for o in doors if swept.intersects(o.footprint.polygon())]
+        doors = [o for o in doors if swept.intersects(o.outline)]
     longest = np.inf if free is None else 0.9 * path_length(free)
     found = []
     for door in doors:

@@ -25,6 +25,7 @@ WORKSPACE_M = (0.0, 0.0, 6.0, 6.0)  #: West, south, east, north (paper II.A).
 CLEARANCE_M = 0.3  #: Free ring around the robot's disc at start and goal.
 LANDING_M = (0.9, 0.45)  #: Room kept free before and behind a door: length, half width.
 _TRIES = 200
+_ROOM = shapely.box(*WORKSPACE_M)
 
 
 def layout(name: str) -> Callable[[Layout], Layout]:
@@ -99,12 +100,12 @@ def _fits(
     forbidden: list[shapely.Geometry],
     spacing: float,
 ) -> bool:
-    outline = candidate.footprint.polygon()
-    if not shapely.box(*WORKSPACE_M).covers(outline):
+    outline = candidate.outline
+    if not _ROOM.covers(outline):
         return False
     if any(outline.intersects(area) for area in forbidden):
         return False
-    others = [o.footprint.polygon() for o in placed]
+    others = [o.outline for o in placed]
     return not len(others) or bool(shapely.distance(outline, others).min() >= spacing)
 
 
@@ -212,6 +213,6 @@ def _element(
 def _centred(obstacle: Obstacle, x: float, y: float, yaw: float) -> Obstacle:
     """Place the middle of the outline's bounding box, not its centroid, at (x, y)."""
     turned = at(obstacle, (0.0, 0.0), yaw)
-    west, south, east, north = turned.footprint.polygon().bounds
+    west, south, east, north = turned.outline.bounds
     middle = np.array([0.5 * (west + east), 0.5 * (south + north)])
     return at(obstacle, np.array([x, y]) - middle, yaw)
