@@ -4,16 +4,25 @@ import dataclasses
 import subprocess
 import sys
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+import shapely
 
 from beacon_mj.episode import run_episode
 from beacon_mj.errors import BeaconError, LogError
 from beacon_mj.observation import Command, Observation, Rationale
 from beacon_mj.protocol import Protocol
 from beacon_mj.recording import read_log, read_trace
-from beacon_mj.rendering import render_scene, render_strip, render_video, view_scene
+from beacon_mj.rendering import (
+    plot_panel,
+    render_scene,
+    render_strip,
+    render_video,
+    view_scene,
+)
+from beacon_mj.world import World
 from tests.recording.samples import PushThrough, record, scene_with_damage
 
 av = pytest.importorskip("av")
@@ -21,7 +30,7 @@ pytest.importorskip("PIL")
 
 from PIL import Image  # noqa: E402
 
-from beacon_mj.rendering import gl, playback, strip  # noqa: E402
+from beacon_mj.rendering import gl, panel, playback, strip  # noqa: E402
 from beacon_mj.rendering.overlay import describe  # noqa: E402
 
 
@@ -155,6 +164,36 @@ def test_scene_picture(tmp_path: Path, log_path: Path) -> None:
         assert np.asarray(image).std() > 10.0
     with pytest.raises(BeaconError, match=r"s.png.s.png: cannot write"):
         render_scene(scene, tmp_path / "s.png" / "s.png", width=64, height=48)
+
+
+def test_panel_shows_way_footprints_and_events(log_path: Path, tmp_path: Path) -> None:
+    trace = read_trace(log_path)
+    out = plot_panel(log_path, tmp_path / "panel.svg")
+    root = ElementTree.parse(out).getroot()
+    polygons = [e for e in root.iter() if e.tag.endswith("polygon")]
+    before = [e for e in polygons if e.get("stroke-dasharray")]
+    moved = {d.obstacle for s in trace.steps for d in s.outcome.displacements}
+    assert moved
+    assert len(before) == len(moved)
+    assert len(polygons) == len(before) + len(trace.scene.obstacles)
+    ways = [e.get("points", "") for e in root.iter() if e.tag.endswith("polyline")]
+    assert [len(way.split()) for way in ways] == [len(trace.steps) + 1] * 2
+    x, y = trace.steps[-1].outcome.position_m
+    assert ways[0].endswith(f"{x:.4f},{y:.4f}")
+    broken = [e for e in polygons if e.get("stroke") == panel.MARKS["broken"]]
+    assert len(broken) == len(
+        {d.obstacle for s in trace.steps for d in s.outcome.damages}
+    )
+
+
+def test_panel_outlines_are_the_worlds_own(log_path: Path) -> None:
+    log = read_log(log_path)
+    world = World(log.scene)
+    model = world.model
+    for obstacle, outline in zip(log.scene.obstacles, world.outlines, strict=True):
+        drawn = shapely.Polygon(panel._outline(log, model, obstacle, 0))
+        true = outline.polygon()
+        assert drawn.symmetric_difference(true).area < 0.02 * true.area
 
 
 def test_unreadable_log_leaves_no_output(tmp_path: Path) -> None:

@@ -97,12 +97,17 @@ class Recorder:
 
     @contextmanager
     def _writing(self) -> Iterator[None]:
+        """Leave the unfinished file closed when something goes wrong."""
         try:
             yield
-        except OSError as error:
-            raise LogError(
-                f"{self.path}: cannot write the log: {error.strerror}"
-            ) from error
+        except BaseException as error:
+            if self._file is not None:
+                self._file.close()
+            if isinstance(error, OSError):
+                raise LogError(
+                    f"{self.path}: cannot write the log: {error.strerror}"
+                ) from error
+            raise
 
     def _open(self, trace: Trace, world: World) -> None:
         """Write header, metadata and attachments, and register the channels."""

@@ -27,6 +27,11 @@ def render_scene(scene: Scene, out: str | Path, **options: Any) -> Path:
     return Path(_load("still").render_scene(scene, out, **options))
 
 
+def plot_panel(log_path: str | Path, out: str | Path) -> Path:
+    """Write a log in one 2-D SVG; see `beacon_mj.rendering.panel.plot_panel`."""
+    return Path(_load("panel").plot_panel(log_path, out))
+
+
 def view_scene(scene: Scene) -> None:
     """Open the viewer on a scene; see `beacon_mj.rendering.still.view_scene`."""
     _load("still").view_scene(scene)
