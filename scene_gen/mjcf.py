@@ -23,6 +23,7 @@ BUMPER_MASS_SHARE = 0.05  #: Share of the robot's mass in the bumper ring.
 ACROSS_SHARE = 0.25  #: Limit of the drive across its direction, over force_max.
 _GROUND_GAP_M = 0.01  #: The bumper hovers this far above the floor.
 _FOOT_M = 0.001  #: Radius of the feet of a prism.
+_STAND_M = 0.0003  #: How far they stand out below it.
 
 
 def scene_mjcf(scene: Scene, timestep_s: float = TIMESTEP_S) -> str:
@@ -180,9 +181,7 @@ def _geoms(o: Obstacle, assets: ET.Element) -> list[tuple[str, dict[str, str]]]:
             lying = _numbers((math.sqrt(0.5), 0.0, math.sqrt(0.5), 0.0))
             return [(o.id, {"type": "capsule", "size": size, "quat": lying})]
         case shapes.Prism():
-            name, mesh = _mesh(o.id, o.shape.core()[0], assets)
-            mesh |= {"contype": "2", "conaffinity": "2"}
-            return [(name, mesh), *_feet(o.id, o.shape)]
+            return [_mesh(o.id, o.shape.core()[0], assets), *_feet(o.id, o.shape)]
         case shapes.Hulls(parts_m=parts):
             return [
                 _mesh(f"{o.id}_part_{k}", np.array(part), assets)
@@ -191,22 +190,23 @@ def _geoms(o: Obstacle, assets: ET.Element) -> list[tuple[str, dict[str, str]]]:
 
 
 def _feet(name: str, shape: shapes.Prism) -> list[tuple[str, dict[str, str]]]:
-    """Return one weightless ball at each vertex of a prism, to stand on the floor.
+    """Return one weightless ball below each lower vertex of a prism, to stand on.
 
     MuJoCo gives a mesh on a plane four contacts at most and changes its mind about
     which: a pentagon then rocks, and creeps below its Coulomb limit. One contact at
-    each vertex that is down is what a convex body on a plane has.
+    each vertex that is down is what a convex body on a plane has. Fallen over, the
+    prism lies on its mesh.
     """
-    points = shape.core()[0]
+    points = np.array(shape.vertices_m)
     inset = points * (1.0 - _FOOT_M / np.linalg.norm(points, axis=1, keepdims=True))
-    inset[:, 2] = np.sign(points[:, 2]) * (0.5 * shape.height_m - _FOOT_M)
+    height = _FOOT_M - _STAND_M - 0.5 * shape.height_m
     return [
         (
             f"{name}_foot_{k}",
             {
                 "type": "sphere",
                 "size": repr(_FOOT_M),
-                "pos": _numbers(point),
+                "pos": _numbers((*point, height)),
                 "density": "0",
                 "contype": "4",
                 "conaffinity": "4",
