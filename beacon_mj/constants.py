@@ -5,4 +5,6 @@ from typing import Literal
 InteractionClass = Literal["safe", "movable", "fragile"]
 #: Interaction classes of the paper (III.B), in the order of every probability vector.
 CLASSES: tuple[InteractionClass, ...] = ("safe", "movable", "fragile")
+#: The columns of a row that no two runs need share.
+WALL_CLOCK_COLUMNS = frozenset({"plan_ms_p50", "plan_ms_p99", "wall_time_s"})
 GRAVITY = 9.81  #: Gravitational acceleration [m/s^2].

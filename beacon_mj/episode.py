@@ -7,6 +7,7 @@ from typing import TypeVar
 
 import numpy as np
 
+from beacon_mj.errors import PlannerError
 from beacon_mj.observation import Command, Observation, Task
 from beacon_mj.planners.base import Planner
 from beacon_mj.planners.truth import Oracle
@@ -155,7 +156,7 @@ class _Loop:
         except SimulationError as error:
             self.trace.detail = str(error)
             return "simulation_error"
-        except PlannerFailure as error:
+        except (PlannerFailure, PlannerError) as error:
             self.trace.detail = str(error)
             return "planner_error"
 

@@ -76,5 +76,3 @@ class Row(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True)
 
 
 COLUMNS: tuple[str, ...] = Row.__struct_fields__
-#: The columns that differ between two runs of the same episode.
-WALL_CLOCK_COLUMNS = frozenset({"plan_ms_p50", "plan_ms_p99", "wall_time_s"})

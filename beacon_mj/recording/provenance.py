@@ -11,10 +11,9 @@ import mujoco
 import numpy as np
 
 from beacon_mj import __version__
+from beacon_mj.constants import WALL_CLOCK_COLUMNS
 from beacon_mj.trace import Trace
 
-#: Columns of an episode's row that depend on the clock; in no log that must be equal.
-WALL_CLOCK = frozenset({"plan_ms_p50", "plan_ms_p99", "wall_time_s"})
 _PACKAGES = ("numpy", "numba", "shapely")
 
 
@@ -58,7 +57,7 @@ def result(trace: Trace, row: Mapping[str, Any] | None) -> dict[str, str]:
 
 def stable_row(row: Mapping[str, Any]) -> dict[str, Any]:
     """Return an episode's row without its wall-clock columns."""
-    return {name: value for name, value in row.items() if name not in WALL_CLOCK}
+    return {k: v for k, v in row.items() if k not in WALL_CLOCK_COLUMNS}
 
 
 def to_json(value: Any) -> str:

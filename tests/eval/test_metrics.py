@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from beacon_mj.constants import GRAVITY
+from beacon_mj.constants import GRAVITY, WALL_CLOCK_COLUMNS
 from beacon_mj.episode import run_episode
 from beacon_mj.errors import LogError
 from beacon_mj.eval.metrics import measure, path_length_m
-from beacon_mj.eval.row import COLUMNS, WALL_CLOCK_COLUMNS, Row
+from beacon_mj.eval.row import COLUMNS, Row
 from beacon_mj.planners.push_through import PushThrough
 from beacon_mj.protocol import Protocol
 from beacon_mj.world import World

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from beacon_mj.constants import WALL_CLOCK_COLUMNS
 from beacon_mj.errors import RunError
 from beacon_mj.eval.config import (
     RunConfig,
@@ -16,7 +17,7 @@ from beacon_mj.eval.config import (
     versions,
 )
 from beacon_mj.eval.jobs import planner_seed
-from beacon_mj.eval.row import WALL_CLOCK_COLUMNS, Row
+from beacon_mj.eval.row import Row
 from beacon_mj.eval.runner import plan, run_jobs
 from beacon_mj.scene_gen.generate import generate_scene
 
