@@ -1,0 +1,96 @@
+"""BEACON-VOI: its probabilities, its expected times, and its runs."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from beacon_mj.episode import run_episode
+from beacon_mj.errors import PlannerError
+from beacon_mj.observation import PushEvidence
+from beacon_mj.planners.beacon_voi import BeaconVoi, BeaconVoiConfig
+from beacon_mj.planners.travel_times import TravelTimes
+from beacon_mj.scene_gen.generate import generate_scene
+from tests.kinematics import make_task
+from tests.sensed import observe, sensed_box
+
+TASK = make_task((1.0, 3.0), (5.0, 3.0))
+SEED = 4000
+
+
+def planner_with(*boxes: object) -> BeaconVoi:
+    planner = BeaconVoi()
+    planner.reset(TASK)
+    for box in boxes:
+        planner.beliefs.sight(box)  # type: ignore[arg-type]
+    return planner
+
+
+def box_of_force(force_n: float, safe: float) -> object:
+    density = force_n / (0.5 * 9.81 * 0.036)
+    return sensed_box("a", density=density, scores=(safe, 1.0 - safe, 0.0))
+
+
+def test_chance_at_the_limit_is_half_of_what_gives_way() -> None:
+    box = box_of_force(60.0, safe=0.2)
+    planner = planner_with(box)
+    assert planner.chance(observe((1.0, 3.0), box), 0) == pytest.approx(0.4)  # type: ignore[arg-type]
+
+
+@given(st.floats(1.0, 200.0), st.floats(0.0, 1.0))
+def test_chance_is_the_normal_tail(force: float, safe: float) -> None:
+    box = box_of_force(force, safe)
+    planner = planner_with(box)
+    sampled = np.random.default_rng(0).normal(math.log(force), 0.21, 4000)
+    expected = (1.0 - safe) * float((sampled < math.log(60.0)).mean())
+    got = planner.chance(observe((1.0, 3.0), box), 0)  # type: ignore[arg-type]
+    assert got == pytest.approx(expected, abs=0.04)
+
+
+def test_what_has_moved_once_is_a_matter_of_class_alone() -> None:
+    box = box_of_force(59.0, safe=0.5)
+    planner = planner_with(box)
+    before = planner.chance(observe((1.0, 3.0), box), 0)  # type: ignore[arg-type]
+    planner.beliefs.learn(PushEvidence("a", "moved", 30.0, 1.0))
+    after = planner.chance(observe((1.0, 3.0), box), 0)  # type: ignore[arg-type]
+    assert after > 0.95 > before
+
+
+def test_times_over_an_empty_room_are_straight() -> None:
+    times = TravelTimes(TASK, unknown_premium=0.0)
+    times.update(observe((1.0, 3.0)))
+    straight_s = 4.0 / TASK.speed_mps
+    assert times.from_point(np.array([1.0, 3.0])) == pytest.approx(straight_s, rel=0.05)
+
+
+def test_unknown_space_costs_its_premium_until_it_is_seen() -> None:
+    times = TravelTimes(TASK, unknown_premium=0.5)
+    times.update(observe((1.0, 3.0)))
+    unknown = times.from_point(np.array([1.0, 3.0]))
+    for x in np.arange(0.5, 5.6, 0.5):
+        times.note_range(np.array([x, 3.0]))
+    times.update(observe((1.0, 3.0)))
+    known = times.from_point(np.array([1.0, 3.0]))
+    assert unknown == pytest.approx(1.5 * known, rel=0.05)
+
+
+def test_a_closed_room_has_no_time() -> None:
+    wall = sensed_box("a", 3.0, 3.0, length=0.2, width=6.0)
+    times = TravelTimes(TASK, unknown_premium=0.0)
+    times.update(observe((1.0, 3.0), wall))
+    assert math.isinf(times.from_point(np.array([1.0, 3.0])))
+
+
+@pytest.mark.parametrize("family", ["collision-required", "collision-shortcut"])
+def test_barriers_are_crossed_cleanly(family: str) -> None:
+    trace = run_episode(generate_scene(family, 0, seed=SEED), BeaconVoi())
+    assert trace.outcome == "reached"
+    assert not any(s.outcome.damages for s in trace.steps)
+    assert any(s.outcome.attempts for s in trace.steps)
+
+
+def test_config_is_checked() -> None:
+    with pytest.raises(PlannerError, match="Expected least_chance to be between"):
+        BeaconVoiConfig(least_chance=2.0)
