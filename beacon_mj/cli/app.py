@@ -1,6 +1,9 @@
 """The commands by name. Each is imported when it is used."""
 
-from cyclopts import App
+from pathlib import Path
+from typing import Any
+
+from cyclopts import App, CycloptsError
 from cyclopts.config import Toml
 
 import beacon_mj
@@ -36,12 +39,23 @@ COMMANDS = {
     "doctor": ("beacon_mj.cli.checks:doctor", "Say what this machine is missing."),
 }
 
+
+class OptionsFile(Toml):
+    """Options from a TOML file; one that is broken is named."""
+
+    def _load_config(self, path: Path) -> dict[str, Any]:
+        try:
+            return super()._load_config(path)
+        except ValueError as error:
+            raise CycloptsError(msg=f"{path}: not valid TOML: {error}") from error
+
+
 app = App(
     name="beacon-mj",
     help="Push or go round: planners that learn by touch, in MuJoCo.",
     help_format="plaintext",
     version=beacon_mj.__version__,
-    config=Toml("beacon.toml"),
+    config=OptionsFile("beacon.toml"),
     suppress_keyboard_interrupt=False,
 )
 for _name, (_path, _help) in COMMANDS.items():

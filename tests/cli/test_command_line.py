@@ -167,6 +167,9 @@ def test_options_from_a_file(capsys: pytest.CaptureFixture[str]) -> None:
     Path("beacon.toml").write_text("[eval]\nplaner = 3\n")
     capsys.readouterr()
     assert "planer" in refused(capsys, ["eval", "--planner", "bug1"])
+    Path("beacon.toml").write_text("[eval\n")
+    message = refused(capsys, ["eval", "--planner", "bug1"])
+    assert "beacon.toml: not valid TOML" in message
 
 
 def test_logs_of_failures_only() -> None:
