@@ -12,7 +12,9 @@ import numpy as np
 from beacon_mj.errors import PlannerError
 from beacon_mj.geometry import Array, Footprints
 from beacon_mj.observation import Command, Observation, Rationale, Task
+from beacon_mj.planners.base import Planner
 from beacon_mj.planners.checks import expect_between
+from beacon_mj.planners.push_through import PushThrough
 from beacon_mj.planners.recovery import give_up
 from beacon_mj.planners.route_driver import (
     RouteDriver,
@@ -55,12 +57,13 @@ class Clairvoyant(Oracle):
         T(P) = (length of the shortest path past everything not in P) / v_max
 
     bounds the time of every way that pushes no more than P. After the way round (P
-    empty) the root is P = all that can be pushed without damage. Nodes are taken in
-    order of T(P), and each is tried in a copy of the true world, with several lines
-    and speeds; its children are P without one of the obstacles that its path leads
-    through. The search ends when no node left can save a worthwhile number of steps,
-    or with the last rehearsal allowed. The commands of the best clean rehearsal are
-    then repeated: the world is deterministic, so they end as they did.
+    empty) and the straight drive at the goal, which may slide along what it hits, the
+    root is P = all that can be pushed without damage. Nodes are taken in order of
+    T(P), and each is tried in a copy of the true world, with several lines and speeds;
+    its children are P without one of the obstacles that its path leads through. The
+    search ends when no node left can save a worthwhile number of steps, or with the
+    last rehearsal allowed. The commands of the best clean rehearsal are then repeated:
+    the world is deterministic, so they end as they did.
 
     The objective is time: the fewest control steps without damage, and of equal ones
     the shortest path. Energy is not minimised.
@@ -129,6 +132,7 @@ class _Search:
         for bound, _, soft, path in queue:  # The way round, where there is one.
             self._try(bound, Way(path, soft, ()))
         queue.clear()
+        self._rehearse(PushThrough())
         self._push(queue, seen, pushable)
         while queue:
             bound, _, soft, path = heapq.heappop(queue)
@@ -183,10 +187,14 @@ class _Search:
         for config in self._manners(way):
             if self._settled(bound):
                 return
-            self.count += 1
-            rollout = self._truth.rehearse(RouteDriver(config))
-            if rollout.clean and (self.best is None or _key(rollout) < _key(self.best)):
-                self.best = rollout
+            self._rehearse(RouteDriver(config))
+
+    def _rehearse(self, planner: Planner) -> None:
+        """Try a planner in the copy of the world, and keep the best clean run."""
+        self.count += 1
+        rollout = self._truth.rehearse(planner)
+        if rollout.clean and (self.best is None or _key(rollout) < _key(self.best)):
+            self.best = rollout
 
     def _manners(self, way: Way) -> Iterator[RouteDriverConfig]:
         """Yield lines and speeds in which to drive a way."""
