@@ -97,7 +97,7 @@ def _parallel(
             return_as="generator_unordered",
             batch_size=1,
             pre_dispatch=AHEAD * workers,
-            initializer=_ignore_interrupts,
+            initializer=ignore_interrupts,
         )
         yield from pool(feed())
 
@@ -114,7 +114,7 @@ def _alone(
 
     pool = None
     for job in (single for each in jobs for single in each.split()):
-        pool = pool or ProcessPoolExecutor(1, initializer=_ignore_interrupts)
+        pool = pool or ProcessPoolExecutor(1, initializer=ignore_interrupts)
         try:
             yield from pool.submit(work, job).result()
         except BrokenProcessPool:
@@ -126,7 +126,7 @@ def _alone(
         pool.shutdown(kill_workers=True)
 
 
-def _ignore_interrupts() -> None:
+def ignore_interrupts() -> None:
     """Leave Ctrl-C to the parent, which stops its workers itself."""
     if multiprocessing.parent_process() is not None:
         signal.signal(signal.SIGINT, signal.SIG_IGN)

@@ -47,12 +47,14 @@ class Verification:
         path: The log.
         steps: Control steps that were simulated again.
         row_checked: Whether the stored row was computed again as well.
+        row: The row that is stored in the log, if there is one and the log is sound.
         problem: Where the log first differs, in one line; None if it proves itself.
     """
 
     path: Path
     steps: int
     row_checked: bool
+    row: dict[str, Any] | None
     problem: str | None
 
     @property
@@ -74,10 +76,16 @@ def verify(path: str | Path, row: Row | None = None) -> Verification:
         log = read_log(path)
         problem = _unfit(log) or _first_difference(log, row)
     except LogError as error:
-        return Verification(path=path, steps=0, row_checked=False, problem=str(error))
+        return Verification(
+            path=path, steps=0, row_checked=False, row=None, problem=str(error)
+        )
     checked = row is not None and "row" in log.result
     return Verification(
-        path=path, steps=log.steps, row_checked=checked, problem=problem
+        path=path,
+        steps=log.steps,
+        row_checked=checked,
+        row=None if problem else log.row,
+        problem=problem,
     )
 
 

@@ -188,7 +188,7 @@ def test_a_log_proves_its_row(capsys: pytest.CaptureFixture[str]) -> None:
     [log] = Path("run").rglob("*.mcap")
     [row] = load_rows(Path("run"))
     capsys.readouterr()
-    assert cli.run(["replay", str(log), "--metrics", "--verify"]) == 0
+    assert cli.run(["replay", str(log), "--metrics", "--json", "--verify"]) == 0
     out, _ = capsys.readouterr()
     measured = msgspec.json.decode(out[: out.rindex("}") + 1], type=type(row))
     assert timeless([measured]) == timeless([row])
