@@ -4,6 +4,7 @@ While a run lasts there is only `config.json` and `episodes.jsonl`, which grows 
 whole lines. `episodes.parquet` and `summary.json` say that it is complete.
 """
 
+import contextlib
 import os
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -76,6 +77,13 @@ class RunFolder:
             file.write(text)
             file.flush()
             os.fsync(file.fileno())
+
+    def discard(self) -> None:
+        """Take back what `create` wrote, for a run that could not even begin."""
+        for name in (CONFIG, LINES):
+            (self.path / name).unlink(missing_ok=True)
+        with contextlib.suppress(OSError):  # The folder was the user's, and is in use.
+            self.path.rmdir()
 
     def finish(self, config: RunConfig, rows: Sequence[Row], summary: Any) -> None:
         """Write the table, the summary, and the scenes' hashes."""

@@ -10,7 +10,12 @@ from beacon_mj.errors import GenerationError, SceneError, TemplateError, unknown
 from beacon_mj.scene import Certificate, Obstacle, Profile, Robot, Scene, check_scene
 from beacon_mj.scene_gen.certificates import certify
 from beacon_mj.scene_gen.family import Family, load_family
-from beacon_mj.scene_gen.layouts import LAYOUTS, WORKSPACE_M, Point
+from beacon_mj.scene_gen.layouts import (
+    LAYOUTS,
+    WORKSPACE_M,
+    NoRoomError,
+    Point,
+)
 from beacon_mj.scene_gen.perception import perceive
 from beacon_mj.scene_gen.prototypes import DECIMALS
 from beacon_mj.scene_gen.sampling import Sampler
@@ -18,7 +23,9 @@ from beacon_mj.streams import stream
 
 DISTANCE_M = (4.6, 5.4)  #: Start to goal.
 MARGIN_M = 0.02  #: Clearance beyond the disc at which certified ways still exist.
-PROPOSALS = 300  #: Proposals per scene before giving up.
+PROPOSALS = 100  #: Proposals per scene before giving up.
+CROWDED = 10  #: The same if the obstacles never even fit.
+_NO_ROOM = "no room for that many obstacles"
 
 
 def generate_scene(
@@ -50,9 +57,14 @@ def generate_scene(
     rng = stream("scene", seed, family.name, index)
     reasons: dict[str, int] = {}
     for _ in range(PROPOSALS):
-        proposal = _propose(family, index, seed, rng)
         try:
+            proposal = _propose(family, index, seed, rng)
             check_scene(proposal)
+        except NoRoomError:
+            _count(reasons, _NO_ROOM)
+            if reasons == {_NO_ROOM: CROWDED}:
+                break
+            continue
         except SceneError:
             _count(reasons, "overlap")
             continue
@@ -64,8 +76,8 @@ def generate_scene(
         _count(reasons, missing or "inconclusive")
     worst = max(reasons, key=lambda r: reasons[r])
     raise GenerationError(
-        f"{family.source}: no certified scene in {PROPOSALS} proposals for index "
-        f"{index}, seed {seed}; most often: {worst}."
+        f"{family.source}: no certified scene in {sum(reasons.values())} proposals "
+        f"for index {index}, seed {seed}; most often: {worst}."
     )
 
 

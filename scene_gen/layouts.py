@@ -28,6 +28,10 @@ _TRIES = 200
 _ROOM = shapely.box(*WORKSPACE_M)
 
 
+class NoRoomError(Exception):
+    """A proposal whose obstacles do not fit into the workspace."""
+
+
 def layout(name: str) -> Callable[[Layout], Layout]:
     """Register a layout under the name that family files use."""
 
@@ -62,7 +66,11 @@ def gated(sampler: Sampler, start: Point, goal: Point) -> list[Obstacle]:
 def add_scattered(
     sampler: Sampler, placed: list[Obstacle], forbidden: list[shapely.Geometry]
 ) -> None:
-    """Add the family's `obstacle_count` to `placed` by rejection sampling (III.B)."""
+    """Add the family's `obstacle_count` to `placed` by rejection sampling (III.B).
+
+    Raises:
+        NoRoomError: If one of them found no place.
+    """
     spacing = sampler.family.value("spacing")
     for _ in range(sampler.count("obstacle_count")):
         shape, interaction = sampler.shape(), sampler.interaction()
@@ -72,6 +80,8 @@ def add_scattered(
             if _fits(candidate, placed, forbidden, spacing):
                 placed.append(candidate)
                 break
+        else:
+            raise NoRoomError(len(placed))
 
 
 def at(obstacle: Obstacle, position: Point | Array, yaw: float) -> Obstacle:

@@ -10,7 +10,7 @@ import msgspec
 from beacon_mj.cli import INTERRUPTED, options
 from beacon_mj.cli.progress import progress
 from beacon_mj.cli.tables import show
-from beacon_mj.errors import RunError
+from beacon_mj.errors import BeaconError, RunError
 from beacon_mj.eval import config as cfg
 from beacon_mj.eval.config import RunConfig, SceneRef
 from beacon_mj.eval.row import Row
@@ -63,6 +63,10 @@ def run_evaluation(
     except KeyboardInterrupt:
         _interrupted(folder, rows, len(config.planners) * len(refs))
         return INTERRUPTED
+    except BeaconError:
+        if not rows:
+            folder.discard()
+        raise
     summary = summarize(rows)
     folder.finish(config, rows, summary)
     if json:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from beacon_mj import shapes
-from beacon_mj.errors import TemplateError
+from beacon_mj.errors import GenerationError, TemplateError
 from beacon_mj.mjcf_templates import ROOT
 from beacon_mj.scene_gen.family import NUMERICS, family_paths, load_family, read_family
 from beacon_mj.scene_gen.generate import generate_scene
@@ -246,3 +246,14 @@ def test_every_numeric_of_the_shipped_families_is_documented() -> None:
     text = (Path(__file__).parents[2] / "docs" / "families.md").read_text()
     missing = [name for name in NUMERICS if f"`{name}`" not in text]
     assert not missing
+
+
+def test_a_family_that_cannot_fit_says_so_soon(tmp_path: Path) -> None:
+    text = (ROOT / "families" / "cluttered.xml").read_text()
+    crowded = text.replace(
+        '"obstacle_count" data="18 28"', '"obstacle_count" data="300 300"'
+    )
+    assert crowded != text
+    (tmp_path / "crowded.xml").write_text(crowded)
+    with pytest.raises(GenerationError, match="no room for that many obstacles"):
+        generate_scene("crowded", 0, templates=tmp_path)
