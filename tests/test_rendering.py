@@ -31,7 +31,7 @@ pytest.importorskip("PIL")
 from PIL import Image  # noqa: E402
 
 from beacon_mj.rendering import gl, panel, playback, strip  # noqa: E402
-from beacon_mj.rendering.overlay import describe  # noqa: E402
+from beacon_mj.rendering.words import describe  # noqa: E402
 
 
 def _can_draw() -> bool:
@@ -142,13 +142,13 @@ def test_moments_hold_ends_and_what_happened(log_path: Path) -> None:
 @needs_gl
 def test_text_names_decision_costs_and_end(log_path: Path) -> None:
     with playback.Playback(read_log(log_path), 64, 48) as frames:
-        lines = "\n".join(describe(frames, frames.steps))
+        lines = "\n".join(describe(frames.trace, frames.steps))
         pushed = next(
             k + 1
             for k, s in enumerate(frames.trace.steps)
             if s.command.rationale.cost_push is not None
         )
-        costs = "\n".join(describe(frames, pushed))
+        costs = "\n".join(describe(frames.trace, pushed))
     assert "straight through" in lines
     assert "END: timeout" in lines
     assert "C_push = 1.5" in costs

@@ -23,7 +23,7 @@ def run(arguments: Sequence[str]) -> int:
     """
     from cyclopts import CycloptsError, UnknownCommandError
 
-    from beacon_mj.cli.app import COMMANDS, app
+    from beacon_mj.cli.app import COMMANDS, LOG_COMMANDS, app
     from beacon_mj.errors import BeaconError, unknown
 
     try:
@@ -36,7 +36,10 @@ def run(arguments: Sequence[str]) -> int:
         sys.stdout.flush()
     except UnknownCommandError as error:
         # Its own text would import every command to list them.
-        return _refuse(unknown("command", (error.unused_tokens or [""])[0], COMMANDS))
+        known = (
+            LOG_COMMANDS if "log" in (error.command_chain or ()) else [*COMMANDS, "log"]
+        )
+        return _refuse(unknown("command", (error.unused_tokens or [""])[0], known))
     except (BeaconError, CycloptsError) as error:
         return _refuse(str(error))
     except BrokenPipeError:

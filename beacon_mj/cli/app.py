@@ -32,11 +32,25 @@ COMMANDS = {
         "beacon_mj.cli.replay:replay",
         "Look at an episode's log, or verify it.",
     ),
+    "plot": (
+        "beacon_mj.cli.export:plot",
+        "Draw an episode's log in one 2-D picture.",
+    ),
+    "export": (
+        "beacon_mj.cli.export:export",
+        "Write an episode's log as a ROS 2 bag.",
+    ),
     "fidelity": (
         "beacon_mj.cli.checks:fidelity",
         "Compare the physics with closed forms.",
     ),
     "doctor": ("beacon_mj.cli.checks:doctor", "Say what this machine is missing."),
+}
+LOG_HELP = "Recover a log, describe it, or lay it out in a viewer."
+LOG_COMMANDS = {
+    "info": ("beacon_mj.cli.log:info", "Say what a log holds."),
+    "layout": ("beacon_mj.cli.log:layout", "Write layouts for Foxglove, Lichtblick."),
+    "recover": ("beacon_mj.cli.log:recover", "Make a whole file of an unfinished log."),
 }
 
 
@@ -60,3 +74,7 @@ app = App(
 )
 for _name, (_path, _help) in COMMANDS.items():
     app.command(_path, name=_name, help=_help)
+_log = App(name="log", help=LOG_HELP)
+for _name, (_path, _help) in LOG_COMMANDS.items():
+    _log.command(_path, name=_name, help=_help)
+app.command(_log)

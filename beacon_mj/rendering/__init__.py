@@ -1,7 +1,7 @@
 """Pictures of scenes and logs; drawn without a screen.
 
-The functions import what they draw with when they are called. Without the extra
-`video` they say which package is missing.
+The functions import what they draw with when they are called. Without the extras
+`video` and `web` they say which package is missing.
 """
 
 import importlib
@@ -32,16 +32,26 @@ def plot_panel(log_path: str | Path, out: str | Path) -> Path:
     return Path(_load("panel").plot_panel(log_path, out))
 
 
+def render_page(log_path: str | Path, out: str | Path, **options: Any) -> Path:
+    """Write a log as one HTML file; see `beacon_mj.rendering.page.render_page`."""
+    return Path(_load("page", "web").render_page(log_path, out, **options))
+
+
+def view_log(log_path: str | Path) -> None:
+    """Open the viewer on a log; see `beacon_mj.rendering.viewer.view_log`."""
+    _load("viewer").view_log(log_path)
+
+
 def view_scene(scene: Scene) -> None:
     """Open the viewer on a scene; see `beacon_mj.rendering.still.view_scene`."""
     _load("still").view_scene(scene)
 
 
-def _load(module: str) -> Any:
+def _load(module: str, extra: str = "video") -> Any:
     try:
         return importlib.import_module(f"beacon_mj.rendering.{module}")
     except ModuleNotFoundError as error:
         raise BeaconError(
             f"Expected package {error.name!r} but it is not installed: "
-            "pip install 'beacon-mj[video]'."
+            f"pip install 'beacon-mj[{extra}]'."
         ) from error

@@ -51,6 +51,16 @@ def backend() -> str:
     )
 
 
+def check_display(otherwise: str) -> None:
+    """Raise RenderError, with what to do `otherwise`, if no window can open."""
+    displays = ("DISPLAY", "WAYLAND_DISPLAY")
+    if sys.platform == "linux" and not any(os.environ.get(d) for d in displays):
+        raise RenderError(
+            "Expected a display for the viewer but neither DISPLAY nor "
+            f"WAYLAND_DISPLAY is set; {otherwise}."
+        )
+
+
 def _works(name: str) -> bool:
     """Try a backend in a process of its own; a failed one cannot be unloaded."""
     environment = {k: v for k, v in os.environ.items() if k != "PYOPENGL_PLATFORM"}

@@ -1,7 +1,5 @@
 """Looking at a scene: a picture without a screen, or the interactive viewer."""
 
-import os
-import sys
 from pathlib import Path
 
 import mujoco
@@ -9,7 +7,7 @@ import mujoco.viewer
 from PIL import Image as Pillow
 
 from beacon_mj.rendering.files import replacing
-from beacon_mj.rendering.gl import Canvas, RenderError, camera_over
+from beacon_mj.rendering.gl import Canvas, camera_over, check_display
 from beacon_mj.scene import Scene
 from beacon_mj.scene_gen.mjcf import scene_mjcf
 
@@ -36,12 +34,7 @@ def view_scene(scene: Scene) -> None:
     Raises:
         RenderError: If there is no display.
     """
-    displays = ("DISPLAY", "WAYLAND_DISPLAY")
-    if sys.platform == "linux" and not any(os.environ.get(d) for d in displays):
-        raise RenderError(
-            "Expected a display for the viewer but neither DISPLAY nor "
-            "WAYLAND_DISPLAY is set; write a picture instead: --png out.png."
-        )
+    check_display("write a picture instead: --png out.png")
     model, data = _compiled(scene)
     mujoco.viewer.launch(model, data)
 

@@ -7,8 +7,9 @@ from PIL import Image as Pillow
 
 from beacon_mj.recording.reader import read_log
 from beacon_mj.rendering.files import replacing
-from beacon_mj.rendering.overlay import captioned, events
+from beacon_mj.rendering.overlay import captioned
 from beacon_mj.rendering.playback import Playback
+from beacon_mj.rendering.words import events
 from beacon_mj.trace import Trace
 
 COLUMNS = 3

@@ -8,8 +8,9 @@ import av
 from beacon_mj.recording.reader import read_log
 from beacon_mj.rendering.files import replacing
 from beacon_mj.rendering.gl import Image
-from beacon_mj.rendering.overlay import BAND_PIXELS, annotate, describe
+from beacon_mj.rendering.overlay import BAND_PIXELS, annotate
 from beacon_mj.rendering.playback import Playback
+from beacon_mj.rendering.words import describe
 
 HOLD_S = 1.5  #: How long the last picture stays [s].
 
@@ -47,7 +48,8 @@ def render_video(
             stream.width, stream.height, stream.pix_fmt = width, height, "yuv420p"
             stream.options = {"crf": "20", "preset": "veryfast"}
             for step in range(playback.steps + 1):
-                picture = annotate(playback.picture(step), describe(playback, step))
+                lines = describe(playback.trace, step)
+                picture = annotate(playback.picture(step), lines)
                 container.mux(stream.encode(_frame(picture)))
             for _ in range(round(HOLD_S * rate)):
                 container.mux(stream.encode(_frame(picture)))
