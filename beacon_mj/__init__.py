@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     from beacon_mj.planners.registry import planner_names as planner_names
     from beacon_mj.protocol import Protocol as Protocol
     from beacon_mj.scene import Scene as Scene
-    from beacon_mj.scene import check_scene as check_scene
-    from beacon_mj.scene import load_scene as load_scene
+    from beacon_mj.scene_checks import check_scene as check_scene
+    from beacon_mj.scene_files import load_scene as load_scene
     from beacon_mj.scene_gen.generate import generate_scene as generate_scene
     from beacon_mj.trace import Trace as Trace
     from beacon_mj.world import World as World
@@ -42,10 +42,10 @@ _HOME = {
     "Trace": "beacon_mj.trace",
     "World": "beacon_mj.world",
     "check_planner": "beacon_mj.conformance",
-    "check_scene": "beacon_mj.scene",
+    "check_scene": "beacon_mj.scene_checks",
     "generate_scene": "beacon_mj.scene_gen.generate",
     "load_planner": "beacon_mj.planners.registry",
-    "load_scene": "beacon_mj.scene",
+    "load_scene": "beacon_mj.scene_files",
     "measure": "beacon_mj.eval.metrics",
     "planner_names": "beacon_mj.planners.registry",
     "run_episode": "beacon_mj.episode",

@@ -14,7 +14,7 @@ from beacon_mj.eval.config import (
 )
 from beacon_mj.eval.row import Row
 from beacon_mj.eval.runner import plan, run_jobs
-from beacon_mj.scene import load_scene
+from beacon_mj.scene_files import load_scene
 
 ORACLE = "clairvoyant"
 CLEAN = "clean"  #: The verdict on a scene that was solved without damage.

@@ -13,9 +13,11 @@ import msgspec
 import beacon_mj
 from beacon_mj.errors import RunError, unknown
 from beacon_mj.eval.settings import Settings, configure, convert, parse_settings
+from beacon_mj.eval.shards import Shard, share
 from beacon_mj.planners.registry import ALIASES, COMPETITORS, load_planner
 from beacon_mj.protocol import Protocol
-from beacon_mj.scene import Profile, Scene, load_scene
+from beacon_mj.scene import Profile, Scene
+from beacon_mj.scene_files import load_scene
 from beacon_mj.scene_gen.family import family_paths, load_family
 from beacon_mj.scene_gen.generate import generate_scene
 from beacon_mj.scene_gen.perception import perceive
@@ -55,6 +57,7 @@ class RunConfig(msgspec.Struct, frozen=True, kw_only=True):
         protocol: How episodes are run.
         log: Which episodes leave a log.
         versions: Of everything that may change a number.
+        shard: Which part of the scenes runs; None for all.
     """
 
     planners: tuple[PlannerEntry, ...]
@@ -67,6 +70,7 @@ class RunConfig(msgspec.Struct, frozen=True, kw_only=True):
     protocol: Protocol
     log: Logging
     versions: dict[str, str]
+    shard: Shard | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -171,11 +175,14 @@ def stored_scenes(
 
 
 def scene_refs(config: RunConfig) -> tuple[dict[str, str], list[SceneRef]]:
-    """Return the families' hashes and the scenes of a configured run."""
+    """Return the families' hashes and the scenes of a configured run, or its shard."""
+    names, episodes = [*config.families], config.episodes
     if config.scenes is not None:
-        return stored_scenes(Path(config.scenes), [*config.families], config.episodes)
-    templates = None if config.templates is None else Path(config.templates)
-    return generated_scenes([*config.families], config.episodes or 0, templates)
+        hashes, refs = stored_scenes(Path(config.scenes), names, episodes)
+    else:
+        templates = None if config.templates is None else Path(config.templates)
+        hashes, refs = generated_scenes(names, episodes or 0, templates)
+    return hashes, share(refs, config.shard)
 
 
 def load_ref(config: RunConfig, ref: SceneRef) -> Scene:

@@ -14,14 +14,9 @@ import pytest
 from beacon_mj.errors import SceneError
 from beacon_mj.fidelity.benches import bench, block, obstacle
 from beacon_mj.mjcf_templates import ROOT
-from beacon_mj.scene import (
-    RESERVED_IDS,
-    Scene,
-    check_scene,
-    load_scene,
-    parse_scene,
-    scene_schema,
-)
+from beacon_mj.scene import Scene
+from beacon_mj.scene_checks import RESERVED_IDS, check_scene
+from beacon_mj.scene_files import load_scene, parse_scene, scene_schema
 from beacon_mj.shapes import Box
 from tests.worlds import cached_scene
 

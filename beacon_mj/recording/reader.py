@@ -18,7 +18,8 @@ from beacon_mj.recording.container import Container
 from beacon_mj.recording.drawing import NS
 from beacon_mj.recording.messages import message
 from beacon_mj.recording.schemas import SCENE_NAME, TOPICS, WORLD_NAME
-from beacon_mj.scene import Scene, parse_scene
+from beacon_mj.scene import Scene
+from beacon_mj.scene_files import parse_scene
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

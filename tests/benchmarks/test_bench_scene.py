@@ -2,7 +2,8 @@
 
 from pytest_benchmark.fixture import BenchmarkFixture
 
-from beacon_mj.scene import check_scene, parse_scene
+from beacon_mj.scene_checks import check_scene
+from beacon_mj.scene_files import parse_scene
 from beacon_mj.scene_gen.certificates import certify
 from beacon_mj.scene_gen.generate import generate_scene
 from beacon_mj.scene_gen.mjcf import scene_mjcf

@@ -13,10 +13,11 @@ import msgspec
 import polars as pl
 import pytest
 
-from beacon_mj import __version__, cli, scene
+from beacon_mj import __version__, cli
 from beacon_mj.cli import options
 from beacon_mj.cli.app import COMMANDS
 from beacon_mj.eval.run_folder import load_rows
+from beacon_mj.scene_files import load_scene
 from beacon_mj.scene_gen.generate import generate_scene
 from tests.eval.test_runner import HOSTILE, timeless
 
@@ -201,7 +202,7 @@ def test_generate_writes_scenes_and_worlds(capsys: pytest.CaptureFixture[str]) -
     assert sorted(p.name for p in Path("s").iterdir()) == [
         f"scene_000{k}.{suffix}" for k in range(2) for suffix in ("json", "xml")
     ]
-    assert scene.load_scene("s/scene_0001.json") == generate_scene("sparse", 1)
+    assert load_scene("s/scene_0001.json") == generate_scene("sparse", 1)
     capsys.readouterr()
     assert "new or empty folder" in refused(capsys, arguments)
     both = ["--family", "cluttered", "--family", "sparse", "--episodes", "1"]
