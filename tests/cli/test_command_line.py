@@ -17,6 +17,7 @@ from beacon_mj import __version__, cli
 from beacon_mj.cli import options
 from beacon_mj.cli.app import COMMANDS
 from beacon_mj.eval.run_folder import load_rows
+from beacon_mj.scene import PROFILES
 from beacon_mj.scene_files import load_scene
 from beacon_mj.scene_gen.generate import generate_scene
 from tests.eval.test_runner import HOSTILE, timeless
@@ -328,4 +329,4 @@ def test_the_version_is_the_projects() -> None:
 
 
 def test_profiles_are_the_scenes() -> None:
-    assert get_args(options.Profile) == scene.PROFILES
+    assert get_args(options.Profile) == PROFILES
