@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from beacon_mj.cli import FAILED
+from beacon_mj.errors import LogError
 from beacon_mj.eval.verify import (
     logs_below,
     missing_logs,
@@ -22,7 +23,13 @@ LINE_S = 10.0  #: Time between two plain lines of progress [s].
 
 
 def verify_path(path: Path, workers: int | None) -> int:
-    """Verify a log, or all logs below a folder; return the exit status."""
+    """Verify a log, or all logs below a folder; return the exit status.
+
+    Raises:
+        BeaconError: If there is nothing to verify.
+    """
+    if not path.exists():
+        raise LogError(f"{path}: cannot read the log: no such file or folder.")
     return _verify_folder(path, workers) if path.is_dir() else _verify_file(path)
 
 

@@ -1,0 +1,111 @@
+"""The layouts name topics, fields and panels that exist."""
+
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from beacon_mj.errors import LogError
+from beacon_mj.recording.layouts import ROOT, VIEWERS, write_layouts
+from beacon_mj.recording.messages import message
+from beacon_mj.recording.schemas import TOPICS
+
+#: The viewer's own panels: their type in a layout, and their config in foxglove-sdk.
+PANELS = {
+    "3D": "ThreeDeeConfig",
+    "Plot": "PlotConfig",
+    "RawMessages": "RawMessagesConfig",
+    "RosOut": "LogConfig",
+    "StateTransitions": "StateTransitionsConfig",
+    "Table": "TableConfig",
+}
+OLDER = {"publish", "imageMode", "legendDisplay"}
+
+
+@pytest.fixture(params=VIEWERS)
+def viewer(request: pytest.FixtureRequest) -> str:
+    return str(request.param)
+
+
+@pytest.fixture
+def layout(viewer: str) -> dict[str, Any]:
+    return dict(json.loads((ROOT / f"{viewer}.json").read_text()))
+
+
+def _leaves(node: Any) -> list[str]:
+    """Return the panels of a tree, checking each split."""
+    if isinstance(node, str):
+        return [node]
+    assert node.keys() == {"direction", "first", "second", "splitPercentage"}
+    assert node["direction"] in ("row", "column")
+    assert 0 < node["splitPercentage"] < 100
+    return _leaves(node["first"]) + _leaves(node["second"])
+
+
+def test_every_panel_is_placed_once_and_configured(
+    layout: dict[str, Any], viewer: str
+) -> None:
+    assert {"configById", "layout", "globalVariables", "userNodes"} <= layout.keys()
+    panels = _leaves(layout["layout"])
+    assert sorted(panels) == sorted(layout["configById"])
+    assert {p.split("!")[0] for p in panels} == set(PANELS)
+    for config in layout["configById"].values():
+        assert config[f"{viewer}PanelTitle"]
+
+
+def test_configurations_are_those_of_foxglove(
+    layout: dict[str, Any], viewer: str
+) -> None:
+    theirs = pytest.importorskip("foxglove.layouts")
+    for panel, config in layout["configById"].items():
+        known = getattr(theirs, PANELS[panel.split("!")[0]])()._to_dict().keys()
+        assert config.keys() - known - OLDER <= {f"{viewer}PanelTitle"}, panel
+
+
+def _field(descriptor: Any, path: str) -> Any:
+    """Return the last field of a path such as `contacts[:].force_n.x`."""
+    field = None
+    for name in re.sub(r"\[:\]", "", path).split("."):
+        field = descriptor.fields_by_name[name]
+        descriptor = field.message_type
+    return field
+
+
+def _paths(config: dict[str, Any]) -> list[str]:
+    return [
+        *(path["value"] for path in config.get("paths", ())),
+        *filter(None, [config.get("topicPath"), config.get("topicToRender")]),
+        *config.get("topics", {}),
+    ]
+
+
+def test_every_path_leads_to_a_field_of_a_topic(layout: dict[str, Any]) -> None:
+    used = set()
+    for panel, config in layout["configById"].items():
+        for path in _paths(config):
+            topic = max((t for t in TOPICS if path.startswith(t)), key=len)
+            used.add(topic)
+            rest = path[len(topic) :].removeprefix(".")
+            if rest:
+                field = _field(message(TOPICS[topic]).DESCRIPTOR, rest)
+                numeric = field.cpp_type not in (
+                    field.CPPTYPE_STRING,
+                    field.CPPTYPE_MESSAGE,
+                )
+                assert numeric or not panel.startswith("Plot")
+    needed = {"/scene", "/plan", "/belief", "/decision", "/contacts", "/log", "/push"}
+    assert needed <= used
+
+
+def test_layouts_are_written_and_never_over_others(tmp_path: Path) -> None:
+    paths = write_layouts(tmp_path / "new")
+    assert [p.name for p in paths] == [f"beacon-mj.{v}.json" for v in VIEWERS]
+    assert write_layouts(tmp_path / "new") == paths
+    paths[0].write_text("mine")
+    with pytest.raises(LogError, match=r"foxglove.json: expected no file"):
+        write_layouts(tmp_path / "new")
+    assert paths[0].read_text() == "mine"
+    with pytest.raises(LogError, match="cannot write"):
+        write_layouts(paths[1])
