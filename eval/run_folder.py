@@ -37,17 +37,26 @@ class RunFolder:
         Raises:
             RunError: If the folder holds anything already, or cannot be written.
         """
-        if self.path.is_dir() and any(self.path.iterdir()):
+        if not self.is_unborn():
             raise RunError(
                 f"{self.path}: expected a new or empty folder but it holds files. "
                 "Use --resume to go on with its run, or another --out."
             )
         try:
             self.path.mkdir(parents=True, exist_ok=True)
-            self._write(CONFIG, _pretty(config))
             (self.path / LINES).touch()
+            self._write(CONFIG, _pretty(config))
         except OSError as error:
             raise RunError(f"{self.path}: cannot be written: {_why(error)}.") from error
+
+    def is_unborn(self) -> bool:
+        """Whether there is no run yet, or one that was killed before it had begun."""
+        found = [*self.path.iterdir()] if self.path.is_dir() else []
+        return all(
+            path.name == f"{CONFIG}.part"
+            or (path.name == LINES and path.stat().st_size == 0)
+            for path in found
+        )
 
     def resume(self, config: RunConfig) -> list[Row]:
         """Return the rows of the run so far, ready to go on with it.
@@ -58,10 +67,10 @@ class RunFolder:
             RunError: If there is no run, or it was started with other options.
         """
         before = load_config(self.path)
-        if difference := _difference(before, config):
+        if name := difference(before, config):
             raise RunError(
                 f"{self.path}: expected the options that the run was started with but "
-                f"{difference} differs."
+                f"{name} differs."
             )
         rows, whole = _read_lines(self.path / LINES)
         try:
@@ -87,7 +96,8 @@ class RunFolder:
 
     def finish(self, config: RunConfig, rows: Sequence[Row], summary: Any) -> None:
         """Write the table, the summary, and the scenes' hashes."""
-        scenes = {f"{r.family}_{r.index:04d}": r.scene_sha256 for r in rows}
+        ordered = sorted(rows, key=lambda row: row.key)
+        scenes = {f"{r.family}_{r.index:04d}": r.scene_sha256 for r in ordered}
         whole = msgspec.to_builtins(config) | {"scene_sha256": scenes}
         self._write(CONFIG, _pretty(whole))
         self._write(SUMMARY, _pretty(summary))
@@ -164,7 +174,7 @@ def _read_lines(path: Path) -> tuple[list[Row], int]:
     return list(rows.values()), whole
 
 
-def _difference(before: RunConfig, now: RunConfig) -> str | None:
+def difference(before: RunConfig, now: RunConfig) -> str | None:
     """Return the first option that differs, or None; a run may change its logging."""
     for name in RunConfig.__struct_fields__:
         if name != "log" and getattr(before, name) != getattr(now, name):

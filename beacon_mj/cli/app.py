@@ -25,6 +25,10 @@ COMMANDS = {
         "beacon_mj.cli.regret:regret",
         "Compare a planner with one that knows everything.",
     ),
+    "merge": (
+        "beacon_mj.cli.merge:merge",
+        "Put the shards of a run together.",
+    ),
     "view": ("beacon_mj.cli.scenes:view", "Look at a scene."),
     "families": ("beacon_mj.cli.scenes:families", "List the scene families."),
     "planners": ("beacon_mj.cli.planners:planners", "List the planners."),

@@ -52,6 +52,10 @@ def evaluate(
             help="Processes; one per core by default.",
         ),
     ] = None,
+    shard: Annotated[
+        str | None,
+        Parameter(help="I/N: only part I of N of the scenes; see `beacon-mj merge`."),
+    ] = None,
     out: Annotated[
         Path | None,
         Parameter(help="Run folder; by default a new one under runs/."),
@@ -98,5 +102,6 @@ def evaluate(
         scenes=scenes,
         templates=templates,
         log=log,
+        shard=shard,
     )
     return run_evaluation(request, out, workers, resume=resume, json=json)

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import msgspec
 
-from beacon_mj.cli import INTERRUPTED, options
+from beacon_mj.cli import options
+from beacon_mj.cli.interrupts import status_of, terminable
 from beacon_mj.cli.progress import progress
 from beacon_mj.cli.tables import show
 from beacon_mj.errors import BeaconError, RunError
@@ -16,6 +17,7 @@ from beacon_mj.eval.config import RunConfig, SceneRef
 from beacon_mj.eval.row import Row
 from beacon_mj.eval.run_folder import RunFolder, free_name, load_config
 from beacon_mj.eval.runner import plan, run_jobs
+from beacon_mj.eval.shards import parse_shard, share
 from beacon_mj.eval.summary import summarize
 
 EPISODES = 100  #: Scenes per family unless the user says otherwise.
@@ -34,6 +36,7 @@ class Request:
     scenes: Path | None
     templates: Path | None
     log: options.Log
+    shard: str | None = None
 
 
 def run_evaluation(
@@ -55,14 +58,17 @@ def run_evaluation(
     else:
         config, refs = _configured(request)
     folder = RunFolder(out or free_name(_stem(config)))
+    if request.planner and folder.is_unborn():
+        resume = False  # So that a job that is started anew needs no other command.
     rows = folder.resume(config) if resume else []
     if not resume:
         folder.create(config)
     try:
-        _run(config, refs, folder, rows, workers or os.cpu_count() or 1)
-    except KeyboardInterrupt:
+        with terminable():
+            _run(config, refs, folder, rows, workers or os.cpu_count() or 1)
+    except KeyboardInterrupt as stop:
         _interrupted(folder, rows, len(config.planners) * len(refs))
-        return INTERRUPTED
+        return status_of(stop)
     except BeaconError:
         if not rows:
             folder.discard()
@@ -84,6 +90,7 @@ def _configured(request: Request) -> tuple[RunConfig, list[SceneRef]]:
         raise RunError("--planner: expected a planner's name, such as beacon, or all.")
     if scenes is not None and templates is not None:
         raise RunError("--templates: expected no templates with --scenes.")
+    shard = None if request.shard is None else parse_shard(request.shard)
     entries, protocol = cfg.planner_entries(request.planner, request.settings)
     episodes = request.episodes
     if scenes is None:
@@ -102,8 +109,9 @@ def _configured(request: Request) -> tuple[RunConfig, list[SceneRef]]:
         protocol=protocol,
         log=request.log,
         versions=dict(cfg.versions()),
+        shard=shard,
     )
-    return config, refs
+    return config, share(refs, shard)
 
 
 def _run(
@@ -127,7 +135,8 @@ def _stem(config: RunConfig) -> str:
     """Return a name for the run that says what it is."""
     names = [entry.name for entry in config.planners]
     who = "-".join(names) if len(names) <= 2 else f"{len(names)}-planners"
-    return f"{who}-seed{config.seed}"
+    part = "" if config.shard is None else "-shard{}of{}".format(*config.shard)
+    return f"{who}-seed{config.seed}{part}"
 
 
 def _interrupted(folder: RunFolder, rows: list[Row], total: int) -> None:
