@@ -29,6 +29,10 @@ COMMANDS = {
         "beacon_mj.cli.merge:merge",
         "Put the shards of a run together.",
     ),
+    "compare": (
+        "beacon_mj.cli.compare:compare",
+        "Compare planners or runs, scene by scene.",
+    ),
     "view": ("beacon_mj.cli.scenes:view", "Look at a scene."),
     "families": ("beacon_mj.cli.scenes:families", "List the scene families."),
     "planners": ("beacon_mj.cli.planners:planners", "List the planners."),

@@ -11,13 +11,16 @@ from hypothesis import strategies as st
 from scipy.stats import binomtest, bootstrap, mannwhitneyu, trim_mean
 
 from beacon_mj.eval.statistics import (
+    holm,
     interquartile_mean,
     mcnemar,
     mean_interval,
     paired_interval,
+    paired_rate_interval,
     probability_of_improvement,
     wilson_interval,
 )
+from beacon_mj.geometry import Array
 
 
 @pytest.mark.parametrize(
@@ -124,15 +127,76 @@ def test_intervals_of_too_little() -> None:
     assert mean_interval([2.0, 2.0, 2.0]) == (2.0, 2.0, 2.0)
 
 
-@pytest.mark.slow
-def test_coverage_of_the_paired_interval() -> None:
+def paired_data(rng: np.random.Generator, scenes: int) -> tuple[Array, Array]:
+    """Return path lengths of two planners that share how hard a scene is.
+
+    The true mean difference is 0.5: gamma noise of mean 1 each, and 0.5.
+    """
+    hard = rng.gamma(2.0, 3.0, size=scenes)
+    noise = rng.gamma(2.0, 0.5, size=(2, scenes))
+    return hard + noise[0] + 0.5, hard + noise[1]
+
+
+def trial_hits(clustered: bool) -> tuple[int, int]:
     rng = np.random.default_rng(7)
-    hits, trials = 0, 200
+    hits, trials = 0, 1000
     for trial in range(trials):
-        difference = rng.gamma(2.0, 1.0, size=50) - 1.5  # Its mean is 0.5.
-        found = paired_interval(list(difference), [0.0] * 50, seed=trial)
+        first, second = paired_data(rng, 100)
+        names = None
+        if clustered:  # Three episodes a scene, which share the scene's difference.
+            own = 0.1 * rng.normal(size=(2, 300))
+            first, second = np.repeat(first, 3) + own[0], np.repeat(second, 3) + own[1]
+            names = [str(k) for k in np.repeat(np.arange(100), 3)]
+        found = paired_interval([*first], [*second], names, seed=trial)
         hits += found.low <= 0.5 <= found.high
-    assert 0.90 <= hits / trials <= 0.98
+    return hits, trials
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("clustered", [False, True])
+def test_coverage_of_the_paired_interval(clustered: bool) -> None:
+    hits, trials = trial_hits(clustered)
+    assert 0.93 <= hits / trials <= 0.97
+
+
+@pytest.mark.slow
+def test_coverage_of_the_paired_interval_of_rates() -> None:
+    rng = np.random.default_rng(8)
+    hits, trials = 0, 4000
+    for _ in range(trials):
+        hard = rng.random(100) < 0.3  # Both fail; else each succeeds on its own.
+        first, second = ~hard & (rng.random((2, 100)) < [[0.9], [0.7]])
+        found = paired_rate_interval([*first], [*second])
+        hits += found.low <= 0.7 * 0.2 <= found.high
+    assert 0.93 <= hits / trials <= 0.97
+
+
+def test_paired_rates_equal_newcombes_table() -> None:
+    # Newcombe, Statistics in Medicine 17 (1998), 2635-2650: 36, 12, 2, 0; method 10.
+    first, second = discordant(12, 2, both=36)
+    found = paired_rate_interval(first, second)
+    assert found == pytest.approx((0.2, 0.0569, 0.3404), abs=5e-5)
+
+
+@given(st.lists(st.tuples(st.booleans(), st.booleans()), min_size=1, max_size=60))
+def test_paired_rates_turn_with_the_arms(pairs: list[tuple[bool, bool]]) -> None:
+    first, second = [a for a, _ in pairs], [b for _, b in pairs]
+    there, back = (
+        paired_rate_interval(first, second),
+        paired_rate_interval(second, first),
+    )
+    assert there == pytest.approx((-back.estimate, -back.high, -back.low))
+    assert -1.0 - 1e-9 <= there.low <= there.estimate <= there.high <= 1.0 + 1e-9
+
+
+def test_paired_rates_of_nothing() -> None:
+    assert math.isnan(paired_rate_interval([], []).low)
+
+
+def test_holm_on_paper() -> None:
+    assert holm([0.01, 0.04, 0.03, 0.005]) == pytest.approx([0.03, 0.06, 0.06, 0.02])
+    assert holm([0.7, 0.9]) == [1.0, 1.0]
+    assert holm([]) == []
 
 
 def test_interquartile_mean() -> None:
