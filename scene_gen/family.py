@@ -37,6 +37,7 @@ NUMERICS: Mapping[str, tuple[int, float, float]] = {
     "detour_limit": (1, 1.0, 10.0),
     "door_count": (2, 1, 10),
     "door_width": (2, 0.25, 1.5),
+    "door_offset": (2, 0.0, 3.0),
     "barrier_gap": (2, 0.0, 0.2),
     "gate_width": (2, 0.3, 3.0),
     "shortcut_ratio": (1, 1.0, 5.0),

@@ -24,6 +24,7 @@ LAYOUTS: dict[str, Layout] = {}
 WORKSPACE_M = (0.0, 0.0, 6.0, 6.0)  #: West, south, east, north (paper II.A).
 CLEARANCE_M = 0.3  #: Free ring around the robot's disc at start and goal.
 LANDING_M = (0.9, 0.45)  #: Room kept free before and behind a door: length, half width.
+_OTHER_DOORS_M = 1.6  #: How far off the straight line further doors may stand.
 _TRIES = 200
 _ROOM = shapely.box(*WORKSPACE_M)
 
@@ -122,7 +123,7 @@ def _fits(
 def _barrier(
     sampler: Sampler, start: Point, goal: Point, gate: float
 ) -> list[Obstacle]:
-    """Fill a north-south line with obstacles, doors where the straight line crosses."""
+    """Fill a north-south line with obstacles, some of them doors."""
     x = sampler.uniform((2.6, 3.4))
     crossing = start[1] + (x - start[0]) / (goal[0] - start[0]) * (goal[1] - start[1])
     mirrored = gate > 0.0 and bool(sampler.rng.random() < 0.5)
@@ -155,7 +156,8 @@ def _slots(
 ) -> list[tuple[float, float, bool]]:
     """Divide [0, top] into (low, high, is_door) with small gaps between.
 
-    Doors are wide enough to be ways through; the first stands at `crossing`.
+    Doors are wide enough to be ways through, and stand off the straight line, which
+    meets the barrier at `crossing`, by the family's `door_offset`.
     """
     family = sampler.family
     doors = _door_spans(sampler, crossing, top)
@@ -170,12 +172,15 @@ def _door_spans(
     sampler: Sampler, crossing: float, top: float
 ) -> list[tuple[float, float]]:
     family = sampler.family
+    nearest, farthest = family.range("door_offset")
     spans: list[tuple[float, float]] = []
     for k in range(sampler.count("door_count")):
         for _ in range(_TRIES):
             half = 0.5 * sampler.uniform(family.range("door_width"))
-            reach = 0.25 if k == 0 else 1.6
-            middle = crossing + sampler.uniform((-reach, reach))
+            far = farthest if k == 0 else max(farthest, _OTHER_DOORS_M)
+            offset = sampler.uniform((nearest, far))
+            side = 1.0 if sampler.rng.random() < 0.5 else -1.0
+            middle = crossing + side * offset
             low, high = middle - half, middle + half
             apart = all(low > b + 0.3 or high < a - 0.3 for a, b in spans)
             if apart and low > 0.35 and high < top - 0.35:
