@@ -177,9 +177,14 @@ def _read_lines(path: Path) -> tuple[list[Row], int]:
 def difference(before: RunConfig, now: RunConfig) -> str | None:
     """Return the first option that differs, or None; a run may change its logging."""
     for name in RunConfig.__struct_fields__:
-        if name != "log" and getattr(before, name) != getattr(now, name):
+        if name != "log" and _text(before, name) != _text(now, name):
             return name
     return None
+
+
+def _text(config: RunConfig, name: str) -> bytes:
+    """Return an option as it is stored, where a tuple and a list are the same."""
+    return msgspec.json.encode(getattr(config, name), order="deterministic")
 
 
 def _plain(annotation: Any) -> Any:

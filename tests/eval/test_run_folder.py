@@ -104,6 +104,27 @@ def test_resuming_needs_the_same_options(tmp_path: Path, config: RunConfig) -> N
     assert folder.resume(msgspec.structs.replace(config, log="all")) == []
 
 
+@pytest.mark.parametrize("planner", ["beacon", "push-through"])
+def test_resuming_knows_options_that_were_read_back(
+    tmp_path: Path, planner: str
+) -> None:
+    folder = RunFolder(tmp_path / "run")
+    folder.create(configured([planner])[0])
+    assert folder.resume(configured([planner])[0]) == []
+
+
+def test_a_run_that_was_killed_before_it_began_is_unborn(
+    tmp_path: Path, config: RunConfig
+) -> None:
+    folder = RunFolder(tmp_path)
+    (tmp_path / "episodes.jsonl").touch()
+    (tmp_path / "config.json.part").write_text("{")
+    assert folder.is_unborn()
+    folder.create(config)
+    assert not folder.is_unborn()
+    assert folder.resume(config) == []
+
+
 def test_a_damaged_line_is_named(tmp_path: Path, config: RunConfig) -> None:
     folder = RunFolder(tmp_path / "run")
     folder.create(config)
