@@ -64,15 +64,16 @@ def run_jobs(
     if workers == 1:
         yield from map(work, jobs)
         return
-    left = {job.ref: job for job in jobs}
+    left = dict.fromkeys(jobs)
     while left:
-        sent: dict[SceneRef, Job] = {}
+        sent: dict[Job, None] = {}
         try:
-            for ref, rows in _parallel(work, list(left.values()), sent, workers):
-                del left[ref]
+            for job, rows in _parallel(work, list(left), sent, workers):
+                del left[job]
                 yield rows
         except BrokenProcessPool:
-            suspects = [job for ref, job in sent.items() if left.pop(ref, None)]
+            suspects = [job for job in sent if job in left]
+            left = {job: None for job in left if job not in sent}
             for row in _alone(config, work, suspects):
                 yield [row]
 
@@ -80,16 +81,16 @@ def run_jobs(
 def _parallel(
     work: Callable[[Job], list[Row]],
     jobs: Sequence[Job],
-    sent: dict[SceneRef, Job],
+    sent: dict[Job, None],
     workers: int,
-) -> Iterator[tuple[SceneRef, list[Row]]]:
+) -> Iterator[tuple[Job, list[Row]]]:
     """Yield results as they come; note in `sent` every job that a worker may hold."""
     import joblib
 
     def feed() -> Iterator[object]:
         for job in jobs:
-            sent[job.ref] = job
-            yield joblib.delayed(_tagged)(work, job)
+            sent[job] = None
+            yield joblib.delayed(tagged)(work, job)
 
     with joblib.parallel_config(backend="loky", inner_max_num_threads=1):
         pool = joblib.Parallel(
@@ -102,8 +103,9 @@ def _parallel(
         yield from pool(feed())
 
 
-def _tagged(work: Callable[[Job], list[Row]], job: Job) -> tuple[SceneRef, list[Row]]:
-    return job.ref, work(job)
+def tagged(work: Callable[[Job], list[Row]], job: Job) -> tuple[Job, list[Row]]:
+    """Return a job with its rows."""
+    return job, work(job)
 
 
 def _alone(

@@ -48,7 +48,7 @@ def convert(
     target: type[T], values: Mapping[str, str], name: str, error: type[Exception]
 ) -> T:
     """Return a `target` built from text values; raise `error` if one does not fit."""
-    known = _fields(target)
+    known = field_names(target)
     for field, text in values.items():
         if field not in known:
             raise error(unknown(f"field of {name}", field, known))
@@ -72,7 +72,8 @@ def _readable(message: str, values: Mapping[str, str]) -> str:
     return f"{field}: {wanted} but it was {values.get(field)!r}."
 
 
-def _fields(target: type) -> tuple[str, ...]:
+def field_names(target: type) -> tuple[str, ...]:
+    """Return the fields of a struct or dataclass."""
     if issubclass(target, msgspec.Struct):
         return target.__struct_fields__
     return tuple(getattr(target, "__dataclass_fields__", ()))

@@ -25,6 +25,10 @@ COMMANDS = {
         "beacon_mj.cli.regret:regret",
         "Compare a planner with one that knows everything.",
     ),
+    "sweep": (
+        "beacon_mj.cli.sweep:sweep",
+        "Sweep a planner's parameters, as the paper's Table I does.",
+    ),
     "merge": (
         "beacon_mj.cli.merge:merge",
         "Put the shards of a run together.",

@@ -1,0 +1,98 @@
+"""The options of `beacon-mj sweep`."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+from cyclopts import Parameter
+from cyclopts.validators import Number
+
+from beacon_mj.cli import options
+
+
+def sweep(
+    *,
+    planner: Annotated[
+        str, Parameter(help="Whose parameters: a name, or path/to/file.py:Class.")
+    ],
+    settings: Annotated[
+        tuple[str, ...],
+        Parameter(
+            name="--set",
+            negative=(),
+            show_default=False,
+            help="protocol.field=value, or planner.field=value for what is not swept; "
+            "repeatable.",
+        ),
+    ] = (),
+    grid: Annotated[
+        Literal["one-at-a-time", "full"],
+        Parameter(
+            help="one-at-a-time: each parameter alone, then the best ones together; "
+            "full: every combination."
+        ),
+    ] = "one-at-a-time",
+    trials: Annotated[
+        int,
+        Parameter(
+            converter=options.whole,
+            validator=Number(gte=0, lte=10**5),
+            help="Further configurations that optuna tries, between and beyond the "
+            "values of the grid.",
+        ),
+    ] = 0,
+    family: options.Family = (),
+    episodes: Annotated[
+        options.Count, Parameter(help="Scenes per family, of each split.")
+    ] = 10,
+    select_seed: Annotated[
+        options.Seed, Parameter(help="Seed of the scenes that select; 1000 or more.")
+    ] = 1000,
+    seed: Annotated[
+        options.Seed, Parameter(help="Seed of the scenes that the report is on.")
+    ] = 0,
+    perception: options.Perception = None,
+    workers: Annotated[
+        int | None,
+        Parameter(
+            converter=options.whole,
+            validator=Number(gte=1, lte=4096),
+            help="Processes; one per core by default.",
+        ),
+    ] = None,
+    out: Annotated[
+        Path | None, Parameter(help="Folder; by default a new one under runs/.")
+    ] = None,
+    resume: Annotated[
+        bool,
+        Parameter(
+            negative=(),
+            show_default=False,
+            help="Go on with the sweep in --out; the options are the same.",
+        ),
+    ] = False,
+    json: Annotated[
+        bool,
+        Parameter(
+            negative=(), show_default=False, help="Print the result as JSON on stdout."
+        ),
+    ] = False,
+) -> int:
+    """Sweep the parameters of Table I: select on one split, report on another.
+
+    Selects by success rate, then by average energy, as the paper's Table III does.
+    """
+    from beacon_mj.cli.sweeping import run
+    from beacon_mj.eval.sweep import Request
+
+    request = Request(
+        planner=planner,
+        settings=settings,
+        grid=grid,
+        families=family,
+        episodes=episodes,
+        select_seed=select_seed,
+        seed=seed,
+        perception=perception or "noisy",
+        trials=trials,
+    )
+    return run(request, out, workers, resume=resume, json=json)

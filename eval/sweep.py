@@ -1,0 +1,233 @@
+"""The paper's hyperparameter sweep: select on one split, report on another.
+
+    selected = argmax over configurations of (successes, -mean energy)
+
+Table III's criterion: the highest success rate, with average energy over all episodes
+as tie-breaker. Of two that tie in both, the one that was named first is selected: the
+default, then fewer changes. Scenes of the selection split are drawn with a seed of 1000
+or more, so that a benchmark's numbers are never those that the choice was made on.
+"""
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from beacon_mj.errors import RunError
+from beacon_mj.eval.config import (
+    PlannerEntry,
+    RunConfig,
+    SceneRef,
+    generated_scenes,
+    planner_entries,
+    versions,
+)
+from beacon_mj.eval.jobs import Job
+from beacon_mj.eval.row import Row
+from beacon_mj.eval.run_folder import RunFolder
+from beacon_mj.eval.runner import plan, run_jobs
+from beacon_mj.eval.statistics import Interval, mean_interval
+from beacon_mj.eval.summary import rate
+from beacon_mj.eval.table_one import Grid, Settings, Swept, variant, variant_name
+from beacon_mj.scene import Profile
+
+FIRST_SEED = 1000  #: Seeds of selection splits begin here.
+CHUNK = 16  #: Configurations that cross a scene in one job.
+AGAINST = ("bug1", "bug2", "dstar-lite")  #: Who else is in Table III.
+
+Update = Callable[[Sequence[Row]], None]
+Span = tuple[float, float | None, float | None]
+
+
+class Request(msgspec.Struct, frozen=True, kw_only=True):
+    """What is swept, and on which scenes.
+
+    Attributes:
+        planner: Name or `file.py:Class`.
+        settings: Further values, `planner.field=value` or `protocol.field=value`.
+        grid: See `settings_of`.
+        families: Scene families; none for all.
+        episodes: Scenes per family, of each split.
+        select_seed: Seed of the scenes on which a configuration is selected.
+        seed: Seed of the scenes on which it is reported.
+        perception: Profile.
+        against: Planners beside it in the report, at their defaults.
+        trials: Configurations that optuna tries beyond the grid.
+    """
+
+    planner: str
+    settings: tuple[str, ...] = ()
+    grid: Grid = "one-at-a-time"
+    families: tuple[str, ...] = ()
+    episodes: int = 10
+    select_seed: int = FIRST_SEED
+    seed: int = 0
+    perception: Profile = "noisy"
+    against: tuple[str, ...] = AGAINST
+    trials: int = 0
+
+    def __post_init__(self) -> None:
+        """Keep the splits apart; raises RunError."""
+        if self.select_seed < FIRST_SEED or self.select_seed == self.seed:
+            raise RunError(
+                f"--select-seed: expected {FIRST_SEED} or more, and another than "
+                f"--seed {self.seed}, but it was {self.select_seed}."
+            )
+
+
+class Score(msgspec.Struct, frozen=True, kw_only=True):
+    """How a configuration did on the selection split.
+
+    Attributes:
+        settings: What it changes.
+        success: Count, n, rate, and its Wilson interval.
+        energy_j: Mean over all episodes [J], and its bootstrap interval, null where
+            a single scene allows none.
+        steps: Mean over all episodes.
+    """
+
+    settings: dict[str, str]
+    success: dict[str, Any]
+    energy_j: Span
+    steps: float
+
+    @property
+    def merit(self) -> tuple[int, float]:
+        """Successes, then less energy: larger is better."""
+        return self.success["count"], -self.energy_j[0]
+
+
+def base_entry(request: Request) -> PlannerEntry:
+    """Return the swept planner. Raises BeaconError if an option is no good."""
+    entries, _ = planner_entries([request.planner], request.settings)
+    if len(entries) != 1:
+        raise RunError(f"Expected one planner but it was {request.planner}.")
+    return entries[0]
+
+
+def select_config(
+    request: Request, settings: Sequence[Settings]
+) -> tuple[RunConfig, list[SceneRef]]:
+    """Return the run of some configurations on the selection split."""
+    base = base_entry(request)
+    entries = tuple(variant(base, values) for values in settings)
+    return _config(request, entries, request.select_seed)
+
+
+def report_config(request: Request, best: Settings) -> tuple[RunConfig, list[SceneRef]]:
+    """Return the run of default, best, and the others on the report split."""
+    base = base_entry(request)
+    own = {variant_name(base.name, s): variant(base, s) for s in ({}, best)}
+    others = [e for e in planner_entries(request.against, ())[0] if e.name not in own]
+    return _config(request, (*others, *own.values()), request.seed)
+
+
+def _config(
+    request: Request, entries: tuple[PlannerEntry, ...], seed: int
+) -> tuple[RunConfig, list[SceneRef]]:
+    hashes, refs = generated_scenes(request.families, request.episodes, None)
+    config = RunConfig(
+        planners=entries,
+        families=hashes,
+        episodes=request.episodes,
+        seed=seed,
+        perception=request.perception,
+        scenes=None,
+        templates=None,
+        protocol=planner_entries([request.planner], request.settings)[1],
+        log="none",
+        versions=dict(versions()),
+    )
+    return config, refs
+
+
+def run_stage(
+    path: Path,
+    config: RunConfig,
+    refs: Sequence[SceneRef],
+    workers: int,
+    update: Update,
+    summarize: Callable[[Sequence[Row]], Any],
+) -> list[Row]:
+    """Run, or go on with, one stage of a sweep in a run folder of its own.
+
+    Args:
+        path: The run folder.
+        config: The stage.
+        refs: Its scenes.
+        workers: Processes.
+        update: Told of rows as they come, and of those that were there.
+        summarize: Makes the content of `summary.json`.
+    """
+    folder, rows = RunFolder(path), list[Row]()
+    if folder.is_unborn():
+        folder.create(config)
+    else:
+        rows = folder.resume(config)
+        update(rows)
+    jobs = [*_chunks(plan(config, refs, rows))]
+    for new in run_jobs(config, jobs, None, min(workers, len(jobs) or 1)):
+        folder.append(new)
+        rows += new
+        update(new)
+    folder.finish(config, rows, summarize(rows))
+    return rows
+
+
+def _chunks(jobs: Sequence[Job]) -> Iterator[Job]:
+    """Cut jobs of many planners, so that a kill loses little and none waits long."""
+    for ref, names in jobs:
+        for i in range(0, len(names), CHUNK):
+            yield Job(ref, names[i : i + CHUNK])
+
+
+def score(rows: Sequence[Row], settings: Settings) -> Score:
+    """Return how one configuration did.
+
+    Args:
+        rows: Its rows.
+        settings: What it changes.
+    """
+    ordered = sorted(rows, key=lambda row: row.key)
+    energies = [row.energy_j for row in ordered]
+    return Score(
+        settings=dict(settings),
+        success=rate([row.success for row in ordered]),
+        energy_j=span(mean_interval(energies)),
+        steps=sum(row.steps for row in ordered) / len(ordered),
+    )
+
+
+def span(interval: Interval) -> Span:
+    """Return estimate and ends as JSON can hold them."""
+    mean, low, high = interval
+    return (mean, None, None) if math.isnan(low) else (mean, low, high)
+
+
+def scores(
+    rows: Sequence[Row], planner: str, settings: Sequence[Settings]
+) -> list[Score]:
+    """Return how each configuration did, in the order of `settings`."""
+    of: dict[str, list[Row]] = {}
+    for row in rows:
+        of.setdefault(row.planner, []).append(row)
+    return [score(of[variant_name(planner, values)], values) for values in settings]
+
+
+def best(found: Sequence[Score]) -> Score:
+    """Return the score that the criterion selects; of equal ones the first."""
+    return max(found, key=lambda each: each.merit)
+
+
+def best_alone(found: Sequence[Score], line: Swept) -> str:
+    """Return the best value of one parameter while all others are at their default."""
+    own = [s for s in found if set(s.settings) <= {line.field}]
+    return best(own).settings.get(line.field, line.default)
+
+
+def combination(found: Sequence[Score], lines: Sequence[Swept]) -> dict[str, str]:
+    """Return the best value of every parameter, put together."""
+    alone = {line.field: best_alone(found, line) for line in lines}
+    return {k.field: alone[k.field] for k in lines if alone[k.field] != k.default}
