@@ -109,7 +109,7 @@ def record(
     """Run and log an episode; return the live trace."""
     recorder = Recorder(path, planner_config={"gain": 0.1}, seed=3, row=row)
     return run_episode(
-        generate_scene("collision-required", 0) if scene is None else scene,
+        generate_scene("collision-shortcut", 0) if scene is None else scene,
         PushThrough() if planner is None else planner,
         name="push-through",
         protocol=protocol,

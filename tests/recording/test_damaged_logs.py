@@ -116,7 +116,7 @@ class Slow(Recorder):
         time.sleep(0.01)
 
 run_episode(
-    generate_scene("collision-required", 0), PushThrough(),
+    generate_scene("collision-shortcut", 0), PushThrough(),
     listeners=[Slow(Path(sys.argv[1]))],
 )
 """
