@@ -37,6 +37,10 @@ COMMANDS = {
         "beacon_mj.cli.compare:compare",
         "Compare planners or runs, scene by scene.",
     ),
+    "report": (
+        "beacon_mj.cli.report:report",
+        "Write a run as one self-contained page.",
+    ),
     "view": ("beacon_mj.cli.scenes:view", "Look at a scene."),
     "families": ("beacon_mj.cli.scenes:families", "List the scene families."),
     "planners": ("beacon_mj.cli.planners:planners", "List the planners."),

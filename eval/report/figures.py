@@ -1,0 +1,172 @@
+"""The figures of a report, as SVG text; equal numbers give equal text.
+
+Colours are Okabe and Ito's, told apart by colour-blind readers, and every planner has
+a marker and a dash of its own besides, for prints in grey.
+"""
+
+from collections.abc import Mapping, Sequence
+from io import StringIO
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from beacon_mj.eval.calibration import Reliability
+from beacon_mj.eval.row import Row
+from beacon_mj.eval.summary import OVERALL
+
+SIZE_IN = (4.6, 4.3)  #: Of one panel, legend included.
+INK, FAINT = "#1a1a1a", "#d0d0d0"
+_STYLES = (
+    ("#0072B2", "o"),
+    ("#D55E00", "s"),
+    ("#009E73", "^"),
+    ("#CC79A7", "D"),
+    ("#E69F00", "v"),
+    ("#56B4E9", "P"),
+    ("#000000", "X"),
+    ("#8C5A2B", "*"),
+    ("#777777", "<"),
+)
+_DASHES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 3)))
+#: Planners that keep their colour from report to report.
+_KNOWN = (
+    "beacon",
+    "dstar-lite",
+    "semantic",
+    "bug1",
+    "bug2",
+    "beacon-voi",
+    "push-through",
+    "impact",
+    "clairvoyant",
+)
+#: What the Pareto plots set against success: column, axis.
+PARETO = (
+    ("path_length_m", "mean path [m], all episodes"),
+    ("energy_j", "mean energy [J], all episodes"),
+    ("broken", "mean number of broken obstacles, all episodes"),
+)
+
+
+def pareto(summary: dict[str, Any], column: str, label: str) -> str:
+    """Return success against a mean cost; a line joins what no planner beats in both.
+
+    Args:
+        summary: Tables of the run.
+        column: The cost, smaller is better.
+        label: Of its axis.
+    """
+    cells = {name: own[OVERALL] for name, own in summary["tables"].items()}
+    points = {
+        name: (c["mean"][column]["mean"], 100.0 * c["success"]["rate"])
+        for name, c in cells.items()
+    }
+    figure, axes = _panel(label, "success [%]")
+    front = sorted(p for p in points.values() if not _beaten(p, points.values()))
+    axes.plot(*zip(*front, strict=True), color=FAINT, lw=3, zorder=1)
+    for name, (x, y) in points.items():
+        colour, marker = _style(name, [*points])
+        won, cost = cells[name]["success"], cells[name]["mean"][column]
+        across = (
+            None if cost["low"] is None else [[x - cost["low"]], [cost["high"] - x]]
+        )
+        up = [[y - 100.0 * won["low"]], [100.0 * won["high"] - y]]
+        axes.errorbar(
+            [x], [y], xerr=across, yerr=up, fmt=marker, color=colour, ms=7, lw=1,
+            label=name, mec="white", mew=0.5,
+        )  # fmt: skip
+    axes.set_ylim(-4, 104)
+    _legend(figure, axes)
+    return _svg(figure)
+
+
+def reliability_diagram(curves: Mapping[str, Reliability]) -> str:
+    """Return the share of right forecasts against confidence, a curve a set."""
+    figure, axes = _panel(
+        "confidence in the most probable class", "share that is right"
+    )
+    axes.plot([0, 1], [0, 1], color=FAINT, lw=2, zorder=1)
+    for k, (name, curve) in enumerate(curves.items()):
+        colour, marker = _STYLES[k]
+        x = [b.confidence for b in curve.bins]
+        y = [b.correct for b in curve.bins]
+        ends = [
+            [max(b.correct - b.low, 0.0) for b in curve.bins],
+            [max(b.high - b.correct, 0.0) for b in curve.bins],
+        ]
+        error = "" if curve.error is None else f", ECE {curve.error:.3f}"
+        axes.errorbar(
+            x, y, yerr=ends, color=colour, marker=marker, ms=5, lw=1.2,
+            ls=_DASHES[k], label=f"{name}: n = {curve.n}{error}",
+        )  # fmt: skip
+    axes.set(xlim=(0.25, 1.02), ylim=(-0.02, 1.02))
+    _legend(figure, axes, columns=1)
+    return _svg(figure)
+
+
+def peak_forces(rows: Sequence[Row]) -> str:
+    """Return the share of episodes whose peak force exceeds a value, by planner."""
+    figure, axes = _panel(
+        "force F [N] (largest 10 ms mean of a contact)", "episodes above F [%]"
+    )
+    names = [*dict.fromkeys(row.planner for row in rows)]
+    for k, name in enumerate(names):
+        own = np.sort([r.filtered_peak_force_n for r in rows if r.planner == name])
+        above = 100.0 * (1.0 - np.arange(1, len(own) + 1) / len(own))
+        colour, _ = _style(name, names)
+        axes.step(
+            [0.0, *own], [100.0, *above], where="post", color=colour, lw=1.6,
+            ls=_DASHES[k % len(_DASHES)], label=name,
+        )  # fmt: skip
+    axes.set_xscale("symlog", linthresh=1.0)
+    axes.set_xlim(left=0.0)
+    axes.set_ylim(-2, 102)
+    _legend(figure, axes)
+    return _svg(figure)
+
+
+def _beaten(point: tuple[float, float], others: Any) -> bool:
+    """Whether another one costs no more, succeeds no less, and is not the same."""
+    x, y = point
+    return any(a <= x and b >= y and (a, b) != (x, y) for a, b in others)
+
+
+def _style(name: str, names: Sequence[str]) -> tuple[str, str]:
+    """Return colour and marker of a planner; strangers take what is left."""
+    if name in _KNOWN:
+        return _STYLES[_KNOWN.index(name)]
+    free = [k for k, known in enumerate(_KNOWN) if known not in names]
+    strangers = [other for other in names if other not in _KNOWN]
+    place = strangers.index(name)
+    return _STYLES[free[place % len(free)] if free else place % len(_STYLES)]
+
+
+def _panel(x: str, y: str) -> tuple[Figure, Axes]:
+    with mpl.rc_context({"font.size": 9}):
+        figure = Figure(figsize=SIZE_IN, layout="constrained")
+        axes = figure.add_subplot()
+    axes.set_xlabel(x, color=INK)
+    axes.set_ylabel(y, color=INK)
+    axes.grid(color="#eeeeee", lw=0.8)
+    axes.set_axisbelow(True)
+    for side in ("top", "right"):
+        axes.spines[side].set_visible(False)
+    return figure, axes
+
+
+def _legend(figure: Figure, axes: Axes, columns: int = 3) -> None:
+    handles, labels = axes.get_legend_handles_labels()
+    figure.legend(
+        handles, labels, loc="outside lower center", ncols=columns, frameon=False,
+        fontsize=8,
+    )  # fmt: skip
+
+
+def _svg(figure: Figure) -> str:
+    out = StringIO()
+    with mpl.rc_context({"svg.hashsalt": "beacon-mj", "svg.fonttype": "path"}):
+        figure.savefig(out, format="svg", metadata={"Date": None, "Creator": None})
+    return out.getvalue()

@@ -1,0 +1,209 @@
+"""A run as one self-contained HTML file: no network, no script of its own."""
+
+import base64
+import hashlib
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any, NamedTuple
+
+import msgspec
+from jinja2 import Environment, PackageLoader, StrictUndefined
+
+from beacon_mj.eval.calibration import (
+    FIRST,
+    PUSHED_FIRST,
+    PUSHED_LAST,
+    Beliefs,
+    read_beliefs,
+    reliability,
+)
+from beacon_mj.eval.compare import Comparison, compare
+from beacon_mj.eval.pairing import Arm, Run, comparisons, default_baseline, match
+from beacon_mj.eval.report import figures, tables
+from beacon_mj.eval.report.command import command_of
+from beacon_mj.eval.report.episodes import (
+    Panel,
+    Pick,
+    log_of,
+    panel,
+    picks,
+    push_of,
+    reasons,
+    replay,
+)
+from beacon_mj.eval.row import Row
+from beacon_mj.eval.run_folder import TABLE
+from beacon_mj.eval.summary import summarize
+
+FOCUS = "beacon"  #: Planner whose episodes are shown, if the run has it.
+
+
+class Figure(NamedTuple):
+    """A picture for the page: source and caption."""
+
+    source: str
+    caption: str
+
+
+class Calibration(NamedTuple):
+    """What is known about one planner's beliefs: a diagram, or why there is none."""
+
+    planner: str
+    figure: Figure | None
+    note: str
+
+
+def render_report(
+    run: Run,
+    baseline: str | None = None,
+    *,
+    with_replay: bool = True,
+    tell: Callable[[str], None] = lambda _: None,
+) -> str:
+    """Return the page of a run, finished or not.
+
+    Args:
+        run: The run.
+        baseline: Planner that the others are compared with; see `default_baseline`.
+        with_replay: Whether to embed a 3-D replay.
+        tell: Called with what is done next.
+
+    Raises:
+        RunError: If the run has no planner of the baseline's name.
+    """
+    rows = [row for own in run.planners.values() for row in own]
+    tell("tables")
+    summary = summarize(rows)
+    tables_by = summary["tables"]
+    summary["tables"] = {name: tables_by[name] for name in run.planners}
+    tell("paired differences")
+    base, found = _compared(run, baseline)
+    families = [*dict.fromkeys(f for own in summary["tables"].values() for f in own)]
+    shown = families[1:] if len(families) == 2 else families
+    focus = FOCUS if FOCUS in run.planners else next(iter(run.planners))
+    tell("beliefs and episodes, from the logs")
+    chosen = picks(run.path, run.planners[focus])
+    page: str = _template().render(
+        run=_facts(run, rows),
+        baseline=base,
+        results=[tables.results(summary, family) for family in shown],
+        differences=[tables.differences(found, family) for family in shown],
+        left_out=max((c.left_out for c in found), default=0),
+        outcomes=tables.outcomes(summary),
+        reasons=reasons(rows),
+        figures=_figures(summary, rows),
+        beliefs=tables.beliefs(summary),
+        calibrations=[*_calibrations(run)],
+        focus=focus,
+        panels=[_picture(panel(pick)) for pick in chosen],
+        replay=_replay(run, chosen) if with_replay else None,
+    )
+    return page
+
+
+def _template() -> Any:
+    environment = Environment(
+        loader=PackageLoader("beacon_mj.eval.report"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    return environment.get_template("report.html.j2")
+
+
+def _compared(run: Run, baseline: str | None) -> tuple[str, list[Comparison]]:
+    """Return the baseline and the comparisons with it; none if it is alone."""
+    base = default_baseline(run) if baseline is None else baseline
+    if len(run.planners) == 1 and base in run.planners:
+        return base, []
+    pairs = comparisons([run], base)
+    shared = [pair for pair in pairs if _hashes(pair[0]) & _hashes(pair[1])]
+    return base, compare([match(a, b, common=True) for a, b in shared])
+
+
+def _facts(run: Run, rows: Sequence[Row]) -> dict[str, Any]:
+    """Return what the head and the foot of the page say about the run."""
+    config = run.config
+    hashes = sorted({row.scene_sha256 for row in rows})
+    return {
+        "name": run.path.resolve().name,
+        "episodes": len(rows),
+        "scenes": len(hashes),
+        "planners": len(run.planners),
+        "finished": (run.path / TABLE).is_file(),
+        "solved": sum(row.success for row in rows),
+        "seed": config.seed,
+        "perception": config.perception or "as stored in the scenes",
+        "digest": hashlib.sha256("".join(hashes).encode()).hexdigest(),
+        "versions": config.versions,
+        "protocol": msgspec.to_builtins(config.protocol),
+        "configs": {entry.name: entry.config for entry in config.planners},
+        "command": command_of(config),
+    }
+
+
+def _figures(summary: dict[str, Any], rows: Sequence[Row]) -> dict[str, list[Figure]]:
+    return {
+        "pareto": [
+            Figure(
+                _data(figures.pareto(summary, column, label)), f"Success and {label}"
+            )
+            for column, label in figures.PARETO
+        ],
+        "forces": [Figure(_data(figures.peak_forces(rows)), "Peak forces by planner")],
+    }
+
+
+def _calibrations(run: Run) -> Iterable[Calibration]:
+    """Yield what the logs say about the beliefs of every planner that reports any."""
+    for name, rows in run.planners.items():
+        if all(row.brier_first is None for row in rows):
+            continue
+        logs = [log for row in rows if (log := log_of(run.path, row)).is_file()]
+        yield _calibration(name, read_beliefs(logs), len(rows))
+
+
+def _calibration(name: str, found: Beliefs, episodes: int) -> Calibration:
+    note = f"From {found.logs} logs of {episodes} episodes."
+    if found.unreadable:
+        note += f" {found.unreadable} logs could not be read."
+    if not found.logs:
+        return Calibration(name, None, "The run has no logs to read its beliefs from.")
+    curves = {
+        what: reliability(found.forecasts[what])
+        for what in (FIRST, PUSHED_FIRST, PUSHED_LAST)
+    }
+    curves = {what: curve for what, curve in curves.items() if curve.n}
+    if not curves:
+        return Calibration(name, None, f"{note} They hold no beliefs.")
+    if PUSHED_LAST not in curves:
+        note += " No obstacle was pushed."
+    errors = "; ".join(f"{what} {c.error:.3f}" for what, c in curves.items())
+    caption = f"{name}. {note} Expected calibration error: {errors}."
+    source = _data(figures.reliability_diagram(curves))
+    return Calibration(name, Figure(source, caption), note)
+
+
+def _picture(drawn: Panel) -> dict[str, str]:
+    source = _data(drawn.svg) if drawn.svg else ""
+    return {"source": source, "caption": drawn.caption, "problem": drawn.problem}
+
+
+def _replay(run: Run, chosen: Sequence[Pick]) -> dict[str, str] | None:
+    """Return the replay of the episode with most pushing, else of the first shown."""
+    if not chosen:
+        return None
+    moving = push_of([pick.row for pick in chosen])
+    pick = next((p for p in chosen if p.row == moving), chosen[0])
+    drawn = replay(pick)
+    return {"page": drawn.svg, "caption": drawn.caption, "problem": drawn.problem}
+
+
+def _data(svg: str) -> str:
+    """Return an SVG as a data URI, which keeps its ids apart from others'."""
+    encoded = base64.b64encode(svg.encode()).decode()
+    return f"data:image/svg+xml;base64,{encoded}"
+
+
+def _hashes(arm: Arm) -> set[str]:
+    return {row.scene_sha256 for row in arm.rows}

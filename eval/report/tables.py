@@ -1,0 +1,211 @@
+"""The tables of a report as plain text, for HTML and for Markdown."""
+
+from collections.abc import Iterable, Sequence
+from typing import Any, NamedTuple
+
+from beacon_mj.eval.compare import Comparison, Cost, Difference, Improvement
+from beacon_mj.eval.summary import OUTCOMES, OVERALL
+from beacon_mj.planners.registry import ANCHORS, COMPETITORS
+
+NOTHING = "–"  # noqa: RUF001  An en dash, where there is nothing to say.
+#: Kinds of planners; yardsticks stand beside the table, never in the contest.
+KINDS = ("Planners of the paper", "Further planners", "Yardsticks, out of the contest")
+
+
+class Cell(NamedTuple):
+    """A number and its interval, as text."""
+
+    text: str
+    interval: str = ""
+
+
+class Group(NamedTuple):
+    """Lines of one kind: label and cells of each."""
+
+    label: str
+    lines: list[tuple[str, list[Cell]]]
+
+
+class Table(NamedTuple):
+    """A table: its title, what stands above the columns, and its lines."""
+
+    title: str
+    headings: list[str]
+    groups: list[Group]
+
+
+#: Columns of the tables of results: heading, entry of a summary's cell, digits.
+MEANS: tuple[tuple[str, str, str, int], ...] = (
+    ("steps", "mean", "steps", 0),
+    ("path m", "mean", "path_length_m", 2),
+    ("path m, solved", "mean_over_successes", "path_length_m", 2),
+    ("contacts", "mean", "contacts", 2),
+    ("sensed", "mean", "sensed_obstacles", 1),
+    ("energy J", "mean", "energy_j", 0),
+    ("energy J at κ_d = 2 J/m", "mean", "energy_kd2_j", 1),
+    ("broken", "mean", "broken", 2),
+    ("peak force N", "mean", "filtered_peak_force_n", 1),
+)
+COSTS = (
+    ("path m", "path_length_m", 2),
+    ("steps", "steps", 1),
+    ("energy J", "energy_j", 1),
+    ("energy J at κ_d = 2 J/m", "energy_kd2_j", 1),
+    ("contacts", "contacts", 2),
+    ("broken", "broken", 2),
+)
+BELIEFS = (
+    ("Brier, first sight", "brier_first"),
+    ("Brier, end", "brier_last"),
+    ("Brier, first sight, pushed", "brier_pushed_first"),
+    ("Brier, end, pushed", "brier_pushed_last"),
+    ("log loss, first sight", "log_loss_first"),
+    ("log loss, end", "log_loss_last"),
+    ("identified after s", "identified_after_s"),
+)
+
+
+def results(summary: dict[str, Any], family: str) -> Table:
+    """Return a table of results: a line a planner."""
+    lines = [
+        (name, [*_rates(cells[family]), *_means(cells[family])])
+        for name, cells in summary["tables"].items()
+        if family in cells
+    ]
+    headings = ["solved", "success %", "clean %", *(m[0] for m in MEANS)]
+    n = max(c[family]["n"] for c in summary["tables"].values() if family in c)
+    return Table(f"{title(family)}, {_scenes(n)}", headings, grouped(lines))
+
+
+def outcomes(summary: dict[str, Any]) -> Table:
+    """Return how the episodes of each planner ended, in counts."""
+    total = {n: cells[OVERALL]["outcomes"] for n, cells in summary["tables"].items()}
+    used = [o for o in OUTCOMES if any(counts[o] for counts in total.values())]
+    lines = [(n, [Cell(str(counts[o])) for o in used]) for n, counts in total.items()]
+    return Table(
+        "How episodes ended", [o.replace("_", " ") for o in used], grouped(lines)
+    )
+
+
+def beliefs(summary: dict[str, Any]) -> Table | None:
+    """Return the scores of class beliefs; None if no planner reports any."""
+    lines = [
+        (name, [mean(cells[OVERALL]["mean"][column], 2) for _, column in BELIEFS])
+        for name, cells in summary["tables"].items()
+        if cells[OVERALL]["mean"]["brier_first"]["n"]
+    ]
+    if not lines:
+        return None
+    return Table("Scores of beliefs", [h for h, _ in BELIEFS], grouped(lines))
+
+
+def differences(found: Sequence[Comparison], family: str) -> Table:
+    """Return paired differences from the baseline in one family: a line a planner."""
+    lines = []
+    for comparison in found:
+        if (cell := comparison.cells.get(family)) is None:
+            continue
+        success = cell.rates["success"]
+        cells = [
+            difference(success.difference, 1, 100.0),
+            Cell(p_value(success.p_value)),
+            Cell(str(cell.costs["steps"].solved.n)),
+            *(difference(cell.costs[c].solved, digits) for _, c, digits in COSTS),
+            _improvement(cell.costs["path_length_m"]),
+        ]
+        if family == OVERALL:
+            cells.insert(2, Cell(p_value(comparison.p_holm)))
+        lines.append((comparison.first, cells))
+    headings = ["success, points", "p", "both solved"]
+    if family == OVERALL:
+        headings.insert(2, "p, Holm")
+    headings += [*(h for h, _, _ in COSTS), "P(shorter path) %"]
+    n = max((c.cells[family].scenes for c in found if family in c.cells), default=0)
+    return Table(f"{title(family)}, {_scenes(n)}", headings, grouped(lines))
+
+
+def grouped(lines: Iterable[tuple[str, list[Cell]]]) -> list[Group]:
+    """Return lines by kind of planner, without kinds that no planner is of."""
+    kinds: dict[str, list[tuple[str, list[Cell]]]] = {kind: [] for kind in KINDS}
+    for line in lines:
+        kinds[kind_of(line[0])].append(line)
+    return [Group(kind, own) for kind, own in kinds.items() if own]
+
+
+def kind_of(planner: str) -> str:
+    """Return which of `KINDS` a planner is."""
+    if planner in COMPETITORS:
+        return KINDS[0]
+    return KINDS[2] if planner in ANCHORS else KINDS[1]
+
+
+def title(family: str) -> str:
+    """Return how a family is called above a table."""
+    return "All families" if family == OVERALL else family
+
+
+def difference(found: Difference, digits: int, scale: float = 1.0) -> Cell:
+    """Return a signed difference with its interval."""
+    if found.estimate is None:
+        return Cell(NOTHING)
+    form = f"+.{digits}f"
+    interval = _interval(found.low, found.high, form, scale)
+    return Cell(_signed(scale * found.estimate, form), interval)
+
+
+def p_value(value: float) -> str:
+    """Return a p-value with as many digits as matter."""
+    return "< 0.001" if value < 0.001 else f"{value:.3f}"
+
+
+def percent(rate: dict[str, Any], digits: int = 1) -> Cell:
+    """Return a rate in percent with its interval."""
+    if rate["rate"] is None:
+        return Cell(NOTHING)
+    interval = _interval(rate["low"], rate["high"], f".{digits}f", 100.0)
+    return Cell(f"{100.0 * rate['rate']:.{digits}f}", interval)
+
+
+def _scenes(n: int) -> str:
+    return f"{n} scene{'s' if n != 1 else ''}"
+
+
+def _rates(cell: dict[str, Any]) -> list[Cell]:
+    won = cell["success"]
+    return [
+        Cell(f"{won['count']}/{won['n']}"),
+        percent(won),
+        percent(cell["clean_success"]),
+    ]
+
+
+def _means(cell: dict[str, Any]) -> list[Cell]:
+    return [mean(cell[over][column], digits) for _, over, column, digits in MEANS]
+
+
+def mean(cell: dict[str, Any], digits: int) -> Cell:
+    """Return a mean with its interval."""
+    if cell["mean"] is None:
+        return Cell(NOTHING)
+    form = f".{digits}f"
+    return Cell(
+        f"{cell['mean']:{form}}", _interval(cell["low"], cell["high"], form, 1.0)
+    )
+
+
+def _improvement(cost: Cost) -> Cell:
+    found: Improvement = cost.improvement
+    interval = _interval(found.low, found.high, ".0f", 100.0)
+    return Cell(f"{100.0 * found.probability:.0f}", interval)
+
+
+def _interval(low: float | None, high: float | None, form: str, scale: float) -> str:
+    if low is None or high is None:
+        return ""
+    return f"[{_signed(scale * low, form)}, {_signed(scale * high, form)}]"
+
+
+def _signed(value: float, form: str) -> str:
+    """Return a number without the sign of a zero that rounding made."""
+    text = f"{value:{form}}"
+    return f"{0.0:{form}}" if float(text) == 0.0 else text
