@@ -90,7 +90,7 @@ def _parallel(
     def feed() -> Iterator[object]:
         for job in jobs:
             sent[job] = None
-            yield joblib.delayed(tagged)(work, job)
+            yield joblib.delayed(_tagged)(work, job)
 
     with joblib.parallel_config(backend="loky", inner_max_num_threads=1):
         pool = joblib.Parallel(
@@ -103,8 +103,7 @@ def _parallel(
         yield from pool(feed())
 
 
-def tagged(work: Callable[[Job], list[Row]], job: Job) -> tuple[Job, list[Row]]:
-    """Return a job with its rows."""
+def _tagged(work: Callable[[Job], list[Row]], job: Job) -> tuple[Job, list[Row]]:
     return job, work(job)
 
 

@@ -1,5 +1,6 @@
 """The options of `beacon-mj eval`."""
 
+import os
 from pathlib import Path
 from typing import Annotated
 
@@ -50,6 +51,13 @@ def evaluate(
             converter=options.whole,
             validator=Number(gte=1, lte=4096),
             help="Processes; one per core by default.",
+        ),
+    ] = None,
+    cluster: Annotated[
+        str | None,
+        Parameter(
+            help="Address of a dask scheduler, such as tcp://node1:8786, whose workers "
+            "run the episodes.",
         ),
     ] = None,
     shard: Annotated[
@@ -104,4 +112,5 @@ def evaluate(
         log=log,
         shard=shard,
     )
-    return run_evaluation(request, out, workers, resume=resume, json=json)
+    where = cluster or workers or os.cpu_count() or 1
+    return run_evaluation(request, out, where, resume=resume, json=json)

@@ -1,7 +1,7 @@
 """What `beacon-mj eval` does with its options."""
 
-import os
 import sys
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,6 +14,7 @@ from beacon_mj.cli.tables import show
 from beacon_mj.errors import BeaconError, RunError
 from beacon_mj.eval import config as cfg
 from beacon_mj.eval.config import RunConfig, SceneRef
+from beacon_mj.eval.jobs import Job
 from beacon_mj.eval.row import Row
 from beacon_mj.eval.run_folder import RunFolder, free_name, load_config
 from beacon_mj.eval.runner import plan, run_jobs
@@ -40,9 +41,21 @@ class Request:
 
 
 def run_evaluation(
-    request: Request, out: Path | None, workers: int | None, *, resume: bool, json: bool
+    request: Request,
+    out: Path | None,
+    workers: int | str,
+    *,
+    resume: bool,
+    json: bool,
 ) -> int:
     """Run, or go on with, an evaluation; return the exit status.
+
+    Args:
+        request: What to run.
+        out: Run folder; None for a new one.
+        workers: Number of processes, or address of a cluster.
+        resume: Whether to go on with the run in `out`.
+        json: Whether to print the summary as JSON.
 
     Raises:
         BeaconError: If an option is no good; nothing has been written then.
@@ -65,7 +78,7 @@ def run_evaluation(
         folder.create(config)
     try:
         with terminable():
-            _run(config, refs, folder, rows, workers or os.cpu_count() or 1)
+            _run(config, refs, folder, rows, workers)
     except KeyboardInterrupt as stop:
         _interrupted(folder, rows, len(config.planners) * len(refs))
         return status_of(stop)
@@ -119,16 +132,27 @@ def _run(
     refs: list[SceneRef],
     folder: RunFolder,
     rows: list[Row],
-    workers: int,
+    workers: int | str,
 ) -> None:
     """Run what is left; `rows` grows with every finished job."""
     jobs = plan(config, refs, rows)
     total = len(config.planners) * len(refs)
     with progress(total, rows) as update:
-        for new in run_jobs(config, jobs, folder.path, min(workers, len(jobs) or 1)):
+        for new in _stream(config, jobs, folder, workers):
             folder.append(new)
             rows += new
             update(new)
+
+
+def _stream(
+    config: RunConfig, jobs: list[Job], folder: RunFolder, workers: int | str
+) -> Iterator[list[Row]]:
+    """Return the rows as they come, from this machine or from a cluster."""
+    if isinstance(workers, str):
+        from beacon_mj.eval.cluster import run_on_cluster
+
+        return run_on_cluster(config, jobs, folder.path, workers)
+    return run_jobs(config, jobs, folder.path, min(workers, len(jobs) or 1))
 
 
 def _stem(config: RunConfig) -> str:
