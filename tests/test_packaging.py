@@ -82,6 +82,7 @@ def test_wheel_works_on_its_own(tmp_path: Path) -> None:
     assert top == {"beacon_mj"}
     assert "beacon_mj/py.typed" in names
     assert "beacon_mj/mjcf_templates/families/cluttered.xml" in names
+    assert "beacon_mj/eval/report/templates/report.html.j2" in names
     assert "beacon_mj/recording/layout_files/foxglove.json" in names
     venv.create(tmp_path / "venv", with_pip=True, system_site_packages=False)
     python = tmp_path / "venv" / "bin" / "python"
