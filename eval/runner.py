@@ -16,6 +16,7 @@ from pathlib import Path
 from beacon_mj.eval.config import RunConfig, SceneRef, load_ref
 from beacon_mj.eval.jobs import Job, lost_row, run_job
 from beacon_mj.eval.row import Row
+from beacon_mj.eval.warm_up import compile_kernels
 
 AHEAD = 2  #: Jobs handed to each worker in advance, so that none waits.
 
@@ -60,6 +61,7 @@ def run_jobs(
     Raises:
         BeaconError: If a scene cannot be made or read.
     """
+    compile_kernels()
     work = partial(run_job, config, folder)
     if workers == 1:
         yield from map(work, jobs)
