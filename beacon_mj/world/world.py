@@ -30,6 +30,9 @@ from beacon_mj.world.outcome import (
 )
 from beacon_mj.world.pushes import PushMonitor, update_attempts
 
+#: Overlap of the robot with another body that ends the episode [m]. MuJoCo's contacts
+#: are soft: a wedge can multiply the drive's force until bodies pass through.
+DEEPEST_M = 0.015
 SETTLE_S = 3.0  #: Longest time for obstacles to come to rest before the episode [s].
 NOTICEABLE_M = 1e-4  #: Travel within one control step that is reported [m].
 _UPRIGHT = math.cos(math.radians(5.0))
@@ -80,6 +83,7 @@ class World:
         n = len(scene.obstacles)
         self._names = [*(o.id for o in scene.obstacles), ROBOT, WALL]
         self._entity = self._entities()
+        self._bumper = self.model.geom("bumper").id
         self._address = self._addresses()
         self._free = np.flatnonzero(self._address >= 0)
         self._break_force = np.array(
@@ -306,6 +310,15 @@ class World:
             kind = mujoco.mjtWarning(int(numbers.nonzero()[0][0])).name
             raise SimulationError(
                 f"{self.scene.name}: MuJoCo reported {kind} at {self.data.time:.3f} s."
+            )
+        contact = self.data.contact
+        bumper = (contact.geom == self._bumper).any(axis=1)
+        deepest = -float(contact.dist[bumper].min(initial=0.0))
+        if deepest > DEEPEST_M:
+            raise SimulationError(
+                f"{self.scene.name}: expected the robot to overlap nothing by more "
+                f"than {DEEPEST_M:g} m but it does by {deepest:.3f} m at "
+                f"{self.data.time:.3f} s: it was wedged into a gap too narrow."
             )
         if not np.isfinite(self.data.qpos).all():
             raise SimulationError(

@@ -10,7 +10,9 @@ import shapely
 from beacon_mj import shapes
 from beacon_mj.errors import SceneError
 from beacon_mj.fidelity.benches import START_M, bench, block, obstacle
+from beacon_mj.geometry import Array
 from beacon_mj.scene import Robot, Scene
+from beacon_mj.scene_gen.generate import generate_scene
 from beacon_mj.world import SimulationError, StepOutcome, World
 from tests.worlds import cached_scene, drive
 
@@ -211,3 +213,21 @@ def test_dense_and_sparse_jacobians_agree() -> None:
     np.testing.assert_allclose(
         worlds[0].data.qpos, worlds[1].data.qpos, rtol=0, atol=1e-6
     )
+
+
+def _drive_at(world: World, goal: Array, steps: int) -> None:
+    for _ in range(steps):
+        towards = goal - world.position_m
+        world.step(0.5 * towards / np.hypot(*towards))
+
+
+def test_a_robot_wedged_into_a_gap_ends_the_episode() -> None:
+    """A disc of 12 cm must not pass a gap of less than 20 cm between fixed prisms."""
+    scene = generate_scene("collision-required", 1, seed=4000)
+    fixed = tuple(
+        msgspec.structs.replace(o, interaction="safe", fixed=True, break_force_n=None)
+        for o in scene.obstacles
+    )
+    world = World(msgspec.structs.replace(scene, obstacles=fixed))
+    with pytest.raises(SimulationError, match="wedged into a gap too narrow"):
+        _drive_at(world, np.array(scene.goal_m), 200)
