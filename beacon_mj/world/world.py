@@ -30,9 +30,10 @@ from beacon_mj.world.outcome import (
 )
 from beacon_mj.world.pushes import PushMonitor, update_attempts
 
-#: Overlap of the robot with another body that ends the episode [m]. MuJoCo's contacts
-#: are soft: a wedge can multiply the drive's force until bodies pass through.
-DEEPEST_M = 0.015
+#: Bumper forces beyond this multiple of what speed and drive can cause mean that the
+#: robot was wedged: MuJoCo's contacts are soft, and a wedge multiplies the drive's
+#: force until bodies pass through each other.
+WEDGED = 2.0
 SETTLE_S = 3.0  #: Longest time for obstacles to come to rest before the episode [s].
 NOTICEABLE_M = 1e-4  #: Travel within one control step that is reported [m].
 _UPRIGHT = math.cos(math.radians(5.0))
@@ -83,7 +84,9 @@ class World:
         n = len(scene.obstacles)
         self._names = [*(o.id for o in scene.obstacles), ROBOT, WALL]
         self._entity = self._entities()
-        self._bumper = self.model.geom("bumper").id
+        robot = scene.robot
+        impact = robot.speed_mps * math.sqrt(robot.bumper_stiffness_npm * robot.mass_kg)
+        self._wedged_n = WEDGED * (impact + robot.force_max_n)
         self._address = self._addresses()
         self._free = np.flatnonzero(self._address >= 0)
         self._break_force = np.array(
@@ -146,6 +149,7 @@ class World:
         self._step += 1
         self._check()
         touching = self._pair_forces()
+        self._check_forces(touching)
         self._attribution.update(touching)
         self._poses = self._read_poses()
         displacements = self._displacements(before)
@@ -311,19 +315,21 @@ class World:
             raise SimulationError(
                 f"{self.scene.name}: MuJoCo reported {kind} at {self.data.time:.3f} s."
             )
-        contact = self.data.contact
-        bumper = (contact.geom == self._bumper).any(axis=1)
-        deepest = -float(contact.dist[bumper].min(initial=0.0))
-        if deepest > DEEPEST_M:
-            raise SimulationError(
-                f"{self.scene.name}: expected the robot to overlap nothing by more "
-                f"than {DEEPEST_M:g} m but it does by {deepest:.3f} m at "
-                f"{self.data.time:.3f} s: it was wedged into a gap too narrow."
-            )
         if not np.isfinite(self.data.qpos).all():
             raise SimulationError(
                 f"{self.scene.name}: the state is not finite at {self.data.time:.3f} s."
             )
+
+    def _check_forces(self, touching: tuple[PairForce, ...]) -> None:
+        """Raise if the robot pressed harder than it can without a wedge."""
+        for pair in touching:
+            if pair.counterpart == ROBOT and pair.peak_n > self._wedged_n:
+                raise SimulationError(
+                    f"{self.scene.name}: expected the bumper's force to stay below "
+                    f"{self._wedged_n:.0f} N but it was {pair.peak_n:.0f} N on "
+                    f"{pair.obstacle!r} at {self.data.time:.3f} s: "
+                    "the robot was wedged."
+                )
 
     def _pair_forces(self) -> tuple[PairForce, ...]:
         """Return the obstacle contacts of the control step."""
