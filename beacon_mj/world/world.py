@@ -30,10 +30,9 @@ from beacon_mj.world.outcome import (
 )
 from beacon_mj.world.pushes import PushMonitor, update_attempts
 
-#: Bumper forces beyond this multiple of what speed and drive can cause mean that the
-#: robot was wedged: MuJoCo's contacts are soft, and a wedge multiplies the drive's
-#: force until bodies pass through each other.
-WEDGED = 2.0
+#: Bumper forces beyond this multiple of what speed and drive can cause are no physics:
+#: bodies have been pressed into each other.
+IMPOSSIBLE = 2.0
 SETTLE_S = 3.0  #: Longest time for obstacles to come to rest before the episode [s].
 NOTICEABLE_M = 1e-4  #: Travel within one control step that is reported [m].
 _UPRIGHT = math.cos(math.radians(5.0))
@@ -86,7 +85,7 @@ class World:
         self._entity = self._entities()
         robot = scene.robot
         impact = robot.speed_mps * math.sqrt(robot.bumper_stiffness_npm * robot.mass_kg)
-        self._wedged_n = WEDGED * (impact + robot.force_max_n)
+        self._impossible_n = IMPOSSIBLE * (impact + robot.force_max_n)
         self._address = self._addresses()
         self._free = np.flatnonzero(self._address >= 0)
         self._break_force = np.array(
@@ -321,14 +320,13 @@ class World:
             )
 
     def _check_forces(self, touching: tuple[PairForce, ...]) -> None:
-        """Raise if the robot pressed harder than it can without a wedge."""
+        """Raise if the robot pressed harder than its speed and its drive can."""
         for pair in touching:
-            if pair.counterpart == ROBOT and pair.peak_n > self._wedged_n:
+            if pair.counterpart == ROBOT and pair.peak_n > self._impossible_n:
                 raise SimulationError(
                     f"{self.scene.name}: expected the bumper's force to stay below "
-                    f"{self._wedged_n:.0f} N but it was {pair.peak_n:.0f} N on "
-                    f"{pair.obstacle!r} at {self.data.time:.3f} s: "
-                    "the robot was wedged."
+                    f"{self._impossible_n:.0f} N but it was {pair.peak_n:.0f} N on "
+                    f"{pair.obstacle!r} at {self.data.time:.3f} s."
                 )
 
     def _pair_forces(self) -> tuple[PairForce, ...]:
