@@ -172,7 +172,9 @@ class Beacon(ContactPlanner):
         scored = [
             (self._terms(self._push_candidate(observation, p), observation), p)
             for p in plans
-            if self._chain_is_safe(observation, p)
+            if self.chain_is_safe(
+                [observation.obstacles[i].id for i, _ in p.cascade.moved]
+            )
         ]
         best = min(scored, key=lambda s: sum(s[0].values()), default=None)
         c_push = math.inf if best is None else sum(best[0].values())
@@ -224,14 +226,6 @@ class Beacon(ContactPlanner):
 
     def _risk(self, obstacle_id: str) -> float:
         return self.beliefs.expected(obstacle_id, self.config.risk)
-
-    def _chain_is_safe(self, observation: Observation, plan: PushPlan) -> bool:
-        """Whether no likely-fragile obstacle is in the cascade (paper II.G)."""
-        return all(
-            self.beliefs.probability(observation.obstacles[i].id, "fragile")
-            <= self.config.accepted_fragile_chain
-            for i, _ in plan.cascade.moved[1:]
-        )
 
     def _terms(
         self, candidate: Candidate, observation: Observation

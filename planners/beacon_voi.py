@@ -35,10 +35,10 @@ class BeaconVoiConfig:
     damage_s: float = 60.0
     #: Probability that a gentle push breaks something fragile.
     break_probability: float = 0.02
-    #: The same for a fragile obstacle that a chain reaction would reach.
+    #: The same for a fragile obstacle in a chain reaction, pushed or reached.
     chain_break_probability: float = 0.3
     #: Probability of being fragile above which no chain reaction may reach it.
-    accepted_fragile_chain: float = 0.2
+    accepted_fragile_chain: float = 0.1
     #: Extra cost of ways through space that was never in range [m/m].
     unknown_premium: float = 0.3
     #: Least probability of giving way at which a push is considered.
@@ -226,9 +226,10 @@ class BeaconVoi(ContactPlanner):
         cfg, task = self.config, self._task
         joule_s = 1.0 / (task.motion_cost_jpm * task.speed_mps)
         worth = 0.0
-        for k, (i, travel) in enumerate(plan.cascade.moved):
+        alone = len(plan.cascade.moved) == 1
+        breaks = cfg.break_probability if alone else cfg.chain_break_probability
+        for i, travel in plan.cascade.moved:
             obstacle = observation.obstacles[i]
-            breaks = cfg.break_probability if k == 0 else cfg.chain_break_probability
             fragile = self.beliefs.probability(obstacle.id, "fragile")
             worth += cfg.damage_s * breaks * fragile
             worth += (

@@ -6,7 +6,7 @@ learns from what happened. Subclasses say what may be pushed and what it costs.
 """
 
 from abc import abstractmethod
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -179,23 +179,31 @@ class ContactPlanner(Planner):
         return free.length_m < ahead + onward + _CLEAR_SLACK_M
 
     def _harms_next(self, controller: PushController, observation: Observation) -> bool:
-        """Whether going on would drive the pushed obstacle into a likely-fragile one.
+        """Whether going on would drive something likely fragile against another body.
 
         What lies behind an obstacle is often seen only once the push has begun.
         """
-        limit = self.accepted_fragile_chain
-        if limit >= 1.0 or not self.predicts_cascades:
+        if self.accepted_fragile_chain >= 1.0 or not self.predicts_cascades:
             return False
         near = nearby(observation, controller.plan.index, _LOOK_AHEAD_M)
         ahead = _LOOK_AHEAD_M * controller.plan.direction
         cascade = PushWorld([observation.obstacles[i] for i in near]).cascade(
             0, ahead, lambda i: 0.0, self._task.force_max_n, lambda i: False
         )
-        names = [observation.obstacles[near[i]].id for i, _ in cascade.moved[1:]]
-        return any(
-            self.beliefs.probability(n, "fragile") > limit
-            for n in names
-            if n not in self._broken
+        struck = [observation.obstacles[near[i]].id for i, _ in cascade.moved]
+        return not self.chain_is_safe(struck)
+
+    def chain_is_safe(self, moved: Sequence[str]) -> bool:
+        """Whether no likely-fragile obstacle is in a chain reaction (paper II.G).
+
+        Args:
+            moved: What would move, the pushed obstacle first. It is struck as well
+                as soon as it reaches another.
+        """
+        return len(moved) < 2 or all(
+            self.beliefs.probability(name, "fragile") <= self.accepted_fragile_chain
+            for name in moved
+            if name not in self._broken
         )
 
     @property
