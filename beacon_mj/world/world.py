@@ -1,8 +1,8 @@
 """The MuJoCo world of one scene: compile, settle, and step it.
 
-Physics runs at 500 Hz, control at 10 Hz. While every obstacle sleeps and the robot is
-too far from all of them to touch one within the control period, the physics steps of
-that period run in one call; otherwise contact forces are read after each of them.
+Physics runs at 500 Hz, control at 10 Hz. While every obstacle sleeps, as many physics
+steps run in one call as the robot needs at least to reach the nearest; otherwise the
+contact forces are read after each step.
 """
 
 import math
@@ -12,14 +12,14 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from beacon_mj import shapes
 from beacon_mj.errors import BeaconError, SceneError
 from beacon_mj.geometry import Array, Footprint, Footprints
 from beacon_mj.scene import Scene
 from beacon_mj.scene_gen.mjcf import TIMESTEP_S, scene_mjcf
 from beacon_mj.world import contacts as ct
 from beacon_mj.world.attribution import Attribution
-from beacon_mj.world.drive import drive_work
+from beacon_mj.world.bodies import Bodies
+from beacon_mj.world.drive import Drive
 from beacon_mj.world.outcome import (
     ROBOT,
     WALL,
@@ -35,9 +35,8 @@ from beacon_mj.world.pushes import PushMonitor, update_attempts
 IMPOSSIBLE = 2.0
 SETTLE_S = 3.0  #: Longest time for obstacles to come to rest before the episode [s].
 NOTICEABLE_M = 1e-4  #: Travel within one control step that is reported [m].
-_UPRIGHT = math.cos(math.radians(5.0))
-_TOPPLED = math.cos(math.radians(45.0))
-_REACH_M = 0.005  #: Slack in deciding that nothing can be touched in one period.
+#: Slack in deciding how long nothing can be touched: the bumper's springs give [m].
+_REACH_M = 0.003
 
 
 class SimulationError(BeaconError):
@@ -82,22 +81,20 @@ class World:
         self._substeps = _whole(scene.robot.control_period_s, timestep_s)
         n = len(scene.obstacles)
         self._names = [*(o.id for o in scene.obstacles), ROBOT, WALL]
-        self._entity = self._entities()
         robot = scene.robot
         impact = robot.speed_mps * math.sqrt(robot.bumper_stiffness_npm * robot.mass_kg)
         self._impossible_n = IMPOSSIBLE * (impact + robot.force_max_n)
-        self._address = self._addresses()
-        self._free = np.flatnonzero(self._address >= 0)
         self._break_force = np.array(
             [math.inf if o.break_force_n is None else o.break_force_n
              for o in scene.obstacles]
         )  # fmt: skip
         self._weakest = float(self._break_force.min(initial=math.inf))
-        self._gain = float(self.model.actuator_gainprm[0, 0])
         self._origin = np.array(scene.start_m)
-        self._local = [shapes.footprint(o.shape) for o in scene.obstacles]
+        self._drive = Drive(robot, self.model, self.data)
+        self._bodies = Bodies(scene, self.model, self.data)
+        self._entity = self._entities()
         self._pairs = ct.PairTable.create(n, timestep_s)
-        self._pushes = PushMonitor(n, scene.robot.force_max_n)
+        self._pushes = PushMonitor(n, robot.force_max_n)
         self.broken = np.zeros(n, np.bool_)
         self.reset()
 
@@ -108,17 +105,11 @@ class World:
         self._pushes.reset()
         self._attribution = Attribution()
         self.broken[:] = False
-        self._toppled = np.zeros(len(self.broken), np.bool_)
         self._step = 0
-        self._aim(np.array([1.0, 0.0]))
+        self._drive.aim(np.array([1.0, 0.0]))
         self._settle()
         self.data.time = 0.0
-        self._poses = self._read_poses()
-        self._up = self._uprightness()
-        self._outlines: list[Footprint] = [
-            self._outline(i) for i in range(len(self._names) - 2)
-        ]
-        self._footprints = Footprints.stack(self._outlines)
+        self._bodies.reset()
 
     def step(self, velocity_mps: Array) -> StepOutcome:
         """Apply a velocity command for one control period.
@@ -130,28 +121,17 @@ class World:
         Raises:
             SimulationError: If MuJoCo reports a warning or the state is not finite.
         """
-        command = self._limited(velocity_mps)
-        before = self._poses
-        data = self.data
-        kinetic = self._kinetic_energy()
-        self._aim(self._direction(command))
-        self._set_drive(command)
+        command = self._drive.limited(velocity_mps)
+        self._drive.command(command)
         self._pairs.begin_step()
         damages: list[Damage] = []
-        if self._quiet(command):
-            self._pairs.clear()
-            mujoco.mj_step(self.model, data, nstep=self._substeps)
-            work = self._kinetic_energy() - kinetic
-            self._pushes.reset()
-        else:
-            work = self._watched(command, damages)
+        work = self._advance(command, damages)
         self._step += 1
         self._check()
         touching = self._pair_forces()
         self._check_forces(touching)
         self._attribution.update(touching)
-        self._poses = self._read_poses()
-        displacements = self._displacements(before)
+        displacements = self._displacements()
         self._attribution.forget_resting({d.obstacle for d in displacements})
         return StepOutcome(
             step=self._step,
@@ -159,13 +139,13 @@ class World:
             position_m=self.position_m,
             velocity_mps=self.velocity_mps,
             bumper_force_n=self.bumper_force_n,
-            drive_effort=self._effort(),
+            drive_effort=self._drive.effort,
             actuator_work_j=work,
             contacts=touching,
             attempts=self._pushes.collect(),
             displacements=displacements,
             damages=tuple(damages),
-            toppled=self._newly_toppled(),
+            toppled=tuple(self._names[i] for i in self._bodies.newly_toppled()),
         )
 
     @property
@@ -186,48 +166,74 @@ class World:
     @property
     def footprints(self) -> Footprints:
         """True footprints of all obstacles now, in scene order."""
-        return self._footprints
+        return self._bodies.footprints
 
     @property
     def outlines(self) -> list[Footprint]:
         """The same, one by one; an obstacle that did not move keeps its object."""
-        return self._outlines
+        return self._bodies.outlines
 
     @property
     def poses(self) -> Array:
         """Position and quaternion of every obstacle, shape (n, 7) [m]."""
-        return self._poses
+        return self._bodies.poses
 
-    def _watched(self, command: Array, damages: list[Damage]) -> float:
-        """Run one control period step by step; return the drives' work [J]."""
-        model, data, pairs, pushes = self.model, self.data, self._pairs, self._pushes
-        dt, n = self._timestep_s, len(self.broken)
-        work = 0.0
-        for _ in range(self._substeps):
-            mujoco.mj_step(model, data)
-            work += drive_work(
-                data.actuator_force, data.actuator_velocity, data.ctrl, data.qvel,
-                self._axis, self._gain, self.scene.robot.force_max_n, dt,
-            )  # fmt: skip
-            if self._watch is not None:
-                self._watch()
-            contact = data.contact
-            if len(contact) == 0 and pairs.count[0] == 0 and not pushes.active:
-                continue
-            largest = ct.accumulate(
-                contact.geom, contact.efc_address, contact.frame, contact.pos,
-                data.efc_force, self._entity,
-                pairs.ids, pairs.values, pairs.window, pairs.count, dt,
-            )  # fmt: skip
-            count = int(pairs.count[0])
-            if largest > self._weakest:
-                self._latch_damage(count, damages)
-            if n and (count or pushes.active):
-                update_attempts(
-                    pushes.table, pairs.ids, pairs.values, count, data.qpos,
-                    self._address, command, pushes.force_max_n, data.time, dt,
-                )  # fmt: skip
+    def _advance(self, command: Array, damages: list[Damage]) -> float:
+        """Run the physics steps of one control period; return the drives' work [J]."""
+        work, left = 0.0, self._substeps
+        while left:
+            alone = min(left, self._steps_alone(command))
+            if alone > 1:
+                before = self._drive.stored_energy_j()
+                mujoco.mj_step(self.model, self.data, nstep=alone)
+                work += self._drive.stored_energy_j() - before
+            else:
+                mujoco.mj_step(self.model, self.data)
+                work += self._drive.step_work_j()
+                self._read_contacts(command, damages)
+            left -= max(alone, 1)
         return work
+
+    def _steps_alone(self, command: Array) -> int:
+        """Return for how many physics steps the robot can touch nothing, at least."""
+        if (
+            self._watch is not None
+            or self._pairs.count[0]
+            or self._pushes.active
+            or self.data.ntree_awake > 1
+        ):
+            return 0
+        x, y = position = self.position_m
+        west, south, east, north = self.scene.workspace_m
+        gap = min(x - west, east - x, y - south, north - y)
+        if len(self.footprints):
+            gap = min(gap, self.footprints.distance(position).min())
+        fastest = max(float(np.hypot(*self.velocity_mps)), float(np.hypot(*command)))
+        reach = gap - self.scene.robot.radius_m - _REACH_M
+        return int(reach / max(fastest * self._timestep_s, 1e-9))
+
+    def _read_contacts(self, command: Array, damages: list[Damage]) -> None:
+        """Read the forces of the physics step just taken, and what they did."""
+        data, pairs, pushes = self.data, self._pairs, self._pushes
+        if self._watch is not None:
+            self._watch()
+        contact = data.contact
+        if len(contact) == 0 and pairs.count[0] == 0 and not pushes.active:
+            return
+        largest = ct.accumulate(
+            contact.geom, contact.efc_address, contact.frame, contact.pos,
+            data.efc_force, self._entity,
+            pairs.ids, pairs.values, pairs.window, pairs.count, self._timestep_s,
+        )  # fmt: skip
+        count = int(pairs.count[0])
+        if largest > self._weakest:
+            self._latch_damage(count, damages)
+        if len(self.broken) and (count or pushes.active):
+            update_attempts(
+                pushes.table, pairs.ids, pairs.values, count, data.qpos,
+                self._bodies.qpos_address, command, pushes.force_max_n, data.time,
+                self._timestep_s,
+            )  # fmt: skip
 
     def _latch_damage(self, count: int, damages: list[Damage]) -> None:
         """Latch obstacles that break at this physics step."""
@@ -244,59 +250,6 @@ class World:
             other = self._names[b if a == i else a]
             damages.append(Damage(self._names[i], other, force, self.data.time))
             self._pushes.broke(int(i), self.data.time, force)
-
-    def _quiet(self, command: Array) -> bool:
-        """Whether nothing can touch anything within the control period."""
-        if self.data.ntree_awake > 1 or self._watch is not None:
-            return False
-        robot = self.scene.robot
-        x, y = self.position_m
-        west, south, east, north = self.scene.workspace_m
-        gap = min(x - west, east - x, y - south, north - y)
-        if len(self._footprints):
-            gap = min(gap, self._footprints.distance(self.position_m).min())
-        fastest = max(float(np.hypot(*self.velocity_mps)), float(np.hypot(*command)))
-        reach = fastest * robot.control_period_s + _REACH_M
-        return bool(gap - robot.radius_m > reach)
-
-    def _limited(self, velocity_mps: Array) -> Array:
-        speed = float(np.hypot(*velocity_mps))
-        limit = self.scene.robot.speed_mps
-        return velocity_mps * (limit / speed) if speed > limit else velocity_mps
-
-    def _direction(self, command: Array) -> Array:
-        """Return the unit vector along which the drive acts in this period.
-
-        It is the direction in which the velocity must change, or, when there is
-        little to change, the direction of the command, in which the robot pushes.
-        """
-        change = command - self.velocity_mps
-        size = float(np.hypot(*change))
-        if size > 0.05:
-            return change / size
-        speed = float(np.hypot(*command))
-        return command / speed if speed > 1e-9 else self._axis
-
-    def _aim(self, axis: Array) -> None:
-        self._axis = axis
-        self.model.actuator_gear[0, :2] = axis
-        self.model.actuator_gear[1, :2] = -axis[1], axis[0]
-
-    def _set_drive(self, command: Array) -> None:
-        x, y = self._axis
-        self.data.ctrl[0] = command[0] * x + command[1] * y
-        self.data.ctrl[1] = -command[0] * y + command[1] * x
-
-    def _effort(self) -> float:
-        force = float(np.hypot(*self.data.actuator_force))
-        return min(1.0, force / self.scene.robot.force_max_n)
-
-    def _kinetic_energy(self) -> float:
-        return (
-            0.5
-            * self.scene.robot.mass_kg
-            * float(self.velocity_mps @ self.velocity_mps)
-        )
 
     def _settle(self) -> None:
         """Let obstacles come to rest."""
@@ -346,88 +299,25 @@ class World:
                 )  # fmt: skip
         return tuple(out)
 
-    def _read_poses(self) -> Array:
-        """Return positions and quaternions of all obstacles, shape (n, 7)."""
-        n = len(self._address)
-        poses = np.empty((n, 7))
-        fixed = self._address < 0
-        poses[fixed, :3] = self.data.xpos[self._bodies[fixed]]
-        poses[fixed, 3:] = self.data.xquat[self._bodies[fixed]]
-        free = self._address[self._free]
-        poses[self._free] = self.data.qpos[free[:, None] + np.arange(7)]
-        return poses
-
-    def _displacements(self, before: Array) -> tuple[Displacement, ...]:
-        """Return what moved in the step, and refresh its footprints."""
-        changed = np.flatnonzero((self._poses != before).any(axis=1))
-        if len(changed) == 0:
-            return ()
-        for i in changed:
-            self._outlines[i] = self._outline(int(i))
-        self._footprints = Footprints.stack(self._outlines)
-        travel = np.hypot(*(self._poses[:, :2] - before[:, :2]).T)
+    def _displacements(self) -> tuple[Displacement, ...]:
+        """Return what moved in the control step, and by whom."""
         chains = self._attribution.chains
         return tuple(
-            Displacement(
-                self._names[i], float(travel[i]), chains.get(self._names[i], ())
-            )
-            for i in changed
-            if travel[i] > NOTICEABLE_M
+            Displacement(self._names[i], travel, chains.get(self._names[i], ()))
+            for i, travel in enumerate(self._bodies.refresh().tolist())
+            if travel > NOTICEABLE_M
         )
-
-    def _outline(self, i: int) -> Footprint:
-        """Return the true footprint of obstacle i at its present pose."""
-        x, y, _, w, qx, qy, qz = self._poses[i]
-        shape = self.scene.obstacles[i].shape
-        if isinstance(shape, shapes.Sphere):
-            return self._local[i].moved(x, y, 0.0)
-        if 1.0 - 2.0 * (qx * qx + qy * qy) > _UPRIGHT:
-            yaw = math.atan2(2.0 * (w * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz))
-            return self._local[i].moved(x, y, yaw)
-        rotation = np.empty(9)
-        mujoco.mju_quat2Mat(rotation, self._poses[i, 3:])
-        turned = shapes.tilted_footprint(shape, rotation.reshape(3, 3))
-        return turned.moved(x, y, 0.0)
-
-    def _uprightness(self) -> Array:
-        """Return the cosine of each obstacle's tilt, shape (n,)."""
-        return 1.0 - 2.0 * (self._poses[:, 4] ** 2 + self._poses[:, 5] ** 2)
-
-    def _newly_toppled(self) -> tuple[str, ...]:
-        """Return standing shapes that have fallen over since the last step."""
-        fallen = (self._uprightness() < _TOPPLED) & ~self._toppled
-        out = []
-        for i in np.flatnonzero(fallen):
-            self._toppled[i] = True
-            if not isinstance(
-                self.scene.obstacles[i].shape, shapes.Sphere | shapes.Capsule
-            ):
-                out.append(self._names[i])
-        return tuple(out)
 
     def _entities(self) -> NDArray[np.int64]:
         """Return the entity of each geom."""
         model, n = self.model, len(self.scene.obstacles)
         body_entity = np.full(model.nbody, ct.FLOOR)
-        self._bodies = np.array(
-            [model.body(o.id).id for o in self.scene.obstacles], dtype=np.int64
-        )
-        body_entity[self._bodies] = np.arange(n)
+        body_entity[self._bodies.index] = np.arange(n)
         body_entity[model.body("bumper").id] = n
         entity = body_entity[model.geom_bodyid]
         for wall in ("wall_west", "wall_south", "wall_east", "wall_north"):
             entity[model.geom(wall).id] = n + 1
         return np.asarray(entity, dtype=np.int64)
-
-    def _addresses(self) -> NDArray[np.int64]:
-        """Return where each obstacle's free joint stands in qpos, -1 if fixed."""
-        return np.array(
-            [
-                -1 if o.fixed else int(self.model.joint(o.id).qposadr[0])
-                for o in self.scene.obstacles
-            ],
-            dtype=np.int64,
-        )
 
 
 def _whole(period_s: float, timestep_s: float) -> int:

@@ -1,0 +1,101 @@
+"""The obstacles of a world: where they are, what they cover, what moved or fell."""
+
+import math
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from beacon_mj import shapes
+from beacon_mj.geometry import Array, Footprint, Footprints
+from beacon_mj.scene import Scene
+
+_UPRIGHT = math.cos(math.radians(5.0))
+_TOPPLED = math.cos(math.radians(45.0))
+
+
+class Bodies:
+    """The obstacles as they stand now, refreshed after each control step.
+
+    Attributes:
+        index: Body of each obstacle in the model, shape (n,).
+        qpos_address: Where its free joint stands in qpos, -1 if fixed, shape (n,).
+        poses: Positions and quaternions, shape (n, 7) [m].
+        outlines: True footprints, in scene order; one that did not move keeps its
+            object.
+        footprints: The same, stacked.
+    """
+
+    def __init__(
+        self, scene: Scene, model: mujoco.MjModel, data: mujoco.MjData
+    ) -> None:
+        """Look at the obstacles of `scene`, compiled as `model`."""
+        self._data = data
+        self._shapes = [o.shape for o in scene.obstacles]
+        self._local = [shapes.footprint(s) for s in self._shapes]
+        self._stands = np.array(
+            [not isinstance(s, shapes.Sphere | shapes.Capsule) for s in self._shapes],
+            dtype=np.bool_,
+        )
+        self.index: NDArray[np.int64] = np.array(
+            [model.body(o.id).id for o in scene.obstacles], dtype=np.int64
+        )
+        self.qpos_address: NDArray[np.int64] = np.array(
+            [
+                -1 if o.fixed else int(model.joint(o.id).qposadr[0])
+                for o in scene.obstacles
+            ],
+            dtype=np.int64,
+        )
+        self._free = np.flatnonzero(self.qpos_address >= 0)
+        self.reset()
+
+    def reset(self) -> None:
+        """Take the present state as the start of an episode."""
+        self._fallen = np.zeros(len(self.index), np.bool_)
+        self.poses = self._read()
+        self.outlines: list[Footprint] = [
+            self._outline(i) for i in range(len(self.index))
+        ]
+        self.footprints = Footprints.stack(self.outlines)
+
+    def refresh(self) -> Array:
+        """Read all poses; return how far each obstacle travelled, shape (n,) [m]."""
+        before, self.poses = self.poses, self._read()
+        changed = np.flatnonzero((self.poses != before).any(axis=1))
+        for i in changed:
+            self.outlines[i] = self._outline(int(i))
+        if len(changed):
+            self.footprints = Footprints.stack(self.outlines)
+        return np.asarray(np.hypot(*(self.poses[:, :2] - before[:, :2]).T))
+
+    def newly_toppled(self) -> NDArray[np.int64]:
+        """Return the standing shapes that have fallen over since the last call."""
+        uprightness = 1.0 - 2.0 * (self.poses[:, 4] ** 2 + self.poses[:, 5] ** 2)
+        fallen = (uprightness < _TOPPLED) & ~self._fallen
+        self._fallen |= fallen
+        return np.flatnonzero(fallen & self._stands)
+
+    def _read(self) -> Array:
+        """Return positions and quaternions of all obstacles, shape (n, 7)."""
+        poses = np.empty((len(self.index), 7))
+        fixed = self.qpos_address < 0
+        poses[fixed, :3] = self._data.xpos[self.index[fixed]]
+        poses[fixed, 3:] = self._data.xquat[self.index[fixed]]
+        free = self.qpos_address[self._free]
+        poses[self._free] = self._data.qpos[free[:, None] + np.arange(7)]
+        return poses
+
+    def _outline(self, i: int) -> Footprint:
+        """Return the true footprint of obstacle i at its present pose."""
+        x, y, _, w, qx, qy, qz = self.poses[i]
+        shape = self._shapes[i]
+        if isinstance(shape, shapes.Sphere):
+            return self._local[i].moved(x, y, 0.0)
+        if 1.0 - 2.0 * (qx * qx + qy * qy) > _UPRIGHT:
+            yaw = math.atan2(2.0 * (w * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz))
+            return self._local[i].moved(x, y, yaw)
+        rotation = np.empty(9)
+        mujoco.mju_quat2Mat(rotation, self.poses[i, 3:])
+        turned = shapes.tilted_footprint(shape, rotation.reshape(3, 3))
+        return turned.moved(x, y, 0.0)
