@@ -9,8 +9,7 @@ or more, so that a benchmark's numbers are never those that the choice was made 
 """
 
 import math
-from collections.abc import Callable, Iterator, Sequence
-from pathlib import Path
+from collections.abc import Sequence
 from typing import Any
 
 import msgspec
@@ -24,20 +23,15 @@ from beacon_mj.eval.config import (
     planner_entries,
     versions,
 )
-from beacon_mj.eval.jobs import Job
 from beacon_mj.eval.row import Row
-from beacon_mj.eval.run_folder import RunFolder
-from beacon_mj.eval.runner import plan, run_jobs
 from beacon_mj.eval.statistics import Interval, mean_interval
 from beacon_mj.eval.summary import rate
 from beacon_mj.eval.table_one import Grid, Settings, Swept, variant, variant_name
 from beacon_mj.scene import Profile
 
 FIRST_SEED = 1000  #: Seeds of selection splits begin here.
-CHUNK = 16  #: Configurations that cross a scene in one job.
 AGAINST = ("bug1", "bug2", "dstar-lite")  #: Who else is in Table III.
 
-Update = Callable[[Sequence[Row]], None]
 Span = tuple[float, float | None, float | None]
 
 
@@ -141,46 +135,6 @@ def _config(
         versions=dict(versions()),
     )
     return config, refs
-
-
-def run_stage(
-    path: Path,
-    config: RunConfig,
-    refs: Sequence[SceneRef],
-    workers: int,
-    update: Update,
-    summarize: Callable[[Sequence[Row]], Any],
-) -> list[Row]:
-    """Run, or go on with, one stage of a sweep in a run folder of its own.
-
-    Args:
-        path: The run folder.
-        config: The stage.
-        refs: Its scenes.
-        workers: Processes.
-        update: Told of rows as they come, and of those that were there.
-        summarize: Makes the content of `summary.json`.
-    """
-    folder, rows = RunFolder(path), list[Row]()
-    if folder.is_unborn():
-        folder.create(config)
-    else:
-        rows = folder.resume(config)
-        update(rows)
-    jobs = [*_chunks(plan(config, refs, rows))]
-    for new in run_jobs(config, jobs, None, min(workers, len(jobs) or 1)):
-        folder.append(new)
-        rows += new
-        update(new)
-    folder.finish(config, rows, summarize(rows))
-    return rows
-
-
-def _chunks(jobs: Sequence[Job]) -> Iterator[Job]:
-    """Cut jobs of many planners, so that a kill loses little and none waits long."""
-    for ref, names in jobs:
-        for i in range(0, len(names), CHUNK):
-            yield Job(ref, names[i : i + CHUNK])
 
 
 def score(rows: Sequence[Row], settings: Settings) -> Score:

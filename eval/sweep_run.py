@@ -1,7 +1,6 @@
 """All stages of a sweep, one run folder each, and the tables that come out of them."""
 
-from collections.abc import Callable, Sequence
-from contextlib import AbstractContextManager
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -10,14 +9,13 @@ import msgspec
 from beacon_mj.errors import RunError
 from beacon_mj.eval import sweep as stages
 from beacon_mj.eval.row import Row
+from beacon_mj.eval.stage import Stage, run_stage
 from beacon_mj.eval.statistics import mcnemar, paired_interval
 from beacon_mj.eval.summary import summarize
-from beacon_mj.eval.sweep import Request, Score, Span, Update
+from beacon_mj.eval.sweep import Request, Score, Span
 from beacon_mj.eval.table_one import Settings, settings_of, swept, variant_name
 
 REQUEST, RESULT = "request.json", "sweep.json"
-#: Opens a stage's progress, by its name and number of episodes.
-Stage = Callable[[str, int], AbstractContextManager[Update]]
 
 
 class Line(msgspec.Struct, frozen=True, kw_only=True):
@@ -158,7 +156,7 @@ def _select(
         return stages.scores(rows, planner, settings)
 
     with stage(path.name, len(settings) * len(refs)) as update:
-        rows = stages.run_stage(path, config, refs, workers, update, scored)
+        rows = run_stage(path, config, refs, workers, update, scored)
     return scored(rows)
 
 
@@ -180,7 +178,7 @@ def _report(
 ) -> list[Row]:
     config, refs = stages.report_config(request, best)
     with stage(path.name, len(config.planners) * len(refs)) as update:
-        return stages.run_stage(path, config, refs, workers, update, summarize)
+        return run_stage(path, config, refs, workers, update, summarize)
 
 
 def _gain(rows: Sequence[Row], default: str, selected: str) -> Gain | None:

@@ -25,6 +25,10 @@ COMMANDS = {
         "beacon_mj.cli.regret:regret",
         "Compare a planner with one that knows everything.",
     ),
+    "ablate": (
+        "beacon_mj.cli.ablate:ablate",
+        "Switch off a planner's parts one at a time.",
+    ),
     "sweep": (
         "beacon_mj.cli.sweep:sweep",
         "Sweep a planner's parameters, as the paper's Table I does.",

@@ -119,3 +119,15 @@ def test_push_bias_decides_close_calls() -> None:
 def test_configs_are_checked(config: type, field: str) -> None:
     with pytest.raises(PlannerError, match=f"Expected {field} to be between"):
         config(**{field: -1.0})
+
+
+def test_what_is_pushed_into_another_is_struck_as_well() -> None:
+    planner = Beacon(BeaconConfig(accepted_fragile_chain=0.3))
+    planner.reset(make_task((1.0, 3.0), (5.0, 3.0)))
+    for name, fragile in (("vase", 0.5), ("crate", 0.1), ("chest", 0.2)):
+        scores = (0.1, 0.9 - fragile, fragile)
+        planner.beliefs.sight(sensed_box(name, scores=scores))
+    assert planner.chain_is_safe(["vase"])  # Alone it is pushed, not struck.
+    assert planner.chain_is_safe(["crate", "chest"])
+    assert not planner.chain_is_safe(["crate", "vase"])
+    assert not planner.chain_is_safe(["vase", "crate"])
