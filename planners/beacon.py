@@ -1,15 +1,13 @@
 """BEACON: belief-aware replanning, the paper's method, whole."""
 
-import math
 from dataclasses import dataclass, fields
 from typing import ClassVar
-
-import numpy as np
 
 from beacon_mj.belief import BeliefMap, Likelihoods
 from beacon_mj.observation import Observation, Probabilities, Task
 from beacon_mj.planners.checks import expect_between
-from beacon_mj.planners.contact_planner import ContactPlanner, Decision
+from beacon_mj.planners.contact_planner import ContactPlanner
+from beacon_mj.planners.decision import Decision, decide
 from beacon_mj.planners.free_route import FreeRoute
 from beacon_mj.planners.objective import (
     Candidate,
@@ -19,8 +17,7 @@ from beacon_mj.planners.objective import (
     push_candidate,
 )
 from beacon_mj.planners.push_candidates import PushPlan
-from beacon_mj.planners.push_controller import PushLimits
-from beacon_mj.pushing import gentle_speed_mps
+from beacon_mj.planners.push_limits import SURE, PushLimits, gentle_limits
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -168,7 +165,6 @@ class Beacon(ContactPlanner):
         self, observation: Observation, plans: list[PushPlan], detour: FreeRoute
     ) -> Decision:
         """Apply the printed rule to the best push and the way round (paper II.F)."""
-        cfg = self.config
         scored = [
             (self._terms(self._push_candidate(observation, p), observation), p)
             for p in plans
@@ -176,37 +172,27 @@ class Beacon(ContactPlanner):
                 [observation.obstacles[i].id for i, _ in p.cascade.moved]
             )
         ]
-        best = min(scored, key=lambda s: sum(s[0].values()), default=None)
-        c_push = math.inf if best is None else sum(best[0].values())
         way = detour_candidate(observation, self._task, detour)
-        around = {} if way is None else self._terms(way, observation)
-        c_detour = math.inf if way is None else sum(around.values())
-        if best is not None and c_push - cfg.push_bias < c_detour + cfg.detour_margin:
-            reason = f"Push: {c_push:.2f} against {c_detour:.2f} for the way round."
-            return Decision(best[1], c_push, c_detour, best[0], reason)
-        reason = f"Go round: {c_detour:.2f} against {c_push:.2f} for the push."
-        return Decision(None, c_push, c_detour, around, reason)
+        return decide(
+            scored,
+            None if way is None else self._terms(way, observation),
+            bonus=self.config.push_bias,
+            margin=self.config.detour_margin,
+        )
 
     def limits(self, observation: Observation, plan: PushPlan) -> PushLimits:
         """Touch slowly where something may break; a light touch is cheap."""
-        cfg, task = self.config, self._task
-        obstacle = observation.obstacles[plan.index]
-        fragile = max(
-            self.beliefs.probability(observation.obstacles[i].id, "fragile")
-            for i, _ in plan.cascade.moved
-        )
-        mass = obstacle.density_kgm3 * obstacle.volume_m3
-        gentle = gentle_speed_mps(
-            cfg.gentle_force_n, mass, task.mass_kg, task.bumper_stiffness_npm
-        )
-        if fragile < 0.02:
+        cfg, obstacle = self.config, observation.obstacles[plan.index]
+        if self.fragility(observation, plan) < SURE:
             return PushLimits(touch_mps=0.25, push_mps=cfg.push_speed_mps)
-        need = self.beliefs.force_n(obstacle)
-        return PushLimits(
-            touch_mps=float(np.clip(gentle, 0.05, 0.25)),
+        return gentle_limits(
+            obstacle,
+            self.beliefs.force_n(obstacle),
+            self._task,
+            gentle_force_n=cfg.gentle_force_n,
+            fragile_force_n=cfg.fragile_force_n,
             push_mps=cfg.push_speed_mps,
             ramp_mps2=0.4,
-            force_limit_n=max(cfg.fragile_force_n, 1.6 * need),
         )
 
     def _push_candidate(self, observation: Observation, plan: PushPlan) -> Candidate:

@@ -10,12 +10,12 @@ import numpy as np
 from beacon_mj.belief import BeliefMap, Likelihoods
 from beacon_mj.observation import Command, Observation, Task
 from beacon_mj.planners.checks import expect_between
-from beacon_mj.planners.contact_planner import ContactPlanner, Decision
+from beacon_mj.planners.contact_planner import ContactPlanner
+from beacon_mj.planners.decision import Decision
 from beacon_mj.planners.free_route import FreeRoute
 from beacon_mj.planners.push_candidates import PushPlan
-from beacon_mj.planners.push_controller import PushLimits
+from beacon_mj.planners.push_limits import SURE, PushLimits, gentle_limits
 from beacon_mj.planners.travel_times import TravelTimes
-from beacon_mj.pushing import gentle_speed_mps
 
 _MOST_OPTIONS = 4  #: Obstacles that are compared in one decision.
 _CUT_OFF_S = 60.0  #: What it counts for if nothing is left after a failed push [s].
@@ -169,25 +169,17 @@ class BeaconVoi(ContactPlanner):
 
     def limits(self, observation: Observation, plan: PushPlan) -> PushLimits:
         """Approach at the speed that the belief allows."""
-        cfg, task = self.config, self._task
-        obstacle = observation.obstacles[plan.index]
-        fragile = max(
-            self.beliefs.probability(observation.obstacles[i].id, "fragile")
-            for i, _ in plan.cascade.moved
-        )
-        if fragile < 0.02:
+        cfg, obstacle = self.config, observation.obstacles[plan.index]
+        if self.fragility(observation, plan) < SURE:
             return PushLimits(touch_mps=0.3, push_mps=cfg.push_speed_mps, ramp_mps2=1.0)
-        mass = obstacle.density_kgm3 * obstacle.volume_m3
-        gentle = gentle_speed_mps(
-            cfg.gentle_force_n, mass, task.mass_kg, task.bumper_stiffness_npm
-        )
-        return PushLimits(
-            touch_mps=float(np.clip(gentle, 0.05, 0.25)),
+        return gentle_limits(
+            obstacle,
+            self.beliefs.force_n(obstacle),
+            self._task,
+            gentle_force_n=cfg.gentle_force_n,
+            fragile_force_n=cfg.fragile_force_n,
             push_mps=cfg.push_speed_mps,
             ramp_mps2=0.5,
-            force_limit_n=max(
-                cfg.fragile_force_n, 1.6 * self.beliefs.force_n(obstacle)
-            ),
         )
 
     def _decided(self, expected_s: float, round_s: float, plan: PushPlan) -> Decision:

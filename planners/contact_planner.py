@@ -6,41 +6,29 @@ learns from what happened. Subclasses say what may be pushed and what it costs.
 """
 
 from abc import abstractmethod
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
-
-import numpy as np
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 from beacon_mj.belief import BeliefMap
 from beacon_mj.geometry import Array
 from beacon_mj.observation import Action, Command, Observation, Rationale, Task
 from beacon_mj.planners.base import Planner
 from beacon_mj.planners.contact_map import ContactMap, Crossing
+from beacon_mj.planners.decision import Decision
 from beacon_mj.planners.free_route import FreeRoute
-from beacon_mj.planners.push_candidates import PushPlan, nearby, push_plans
-from beacon_mj.planners.push_controller import PushController, PushLimits
+from beacon_mj.planners.push_candidates import PushPlan, push_plans
+from beacon_mj.planners.push_controller import PushController
+from beacon_mj.planners.push_guard import next_in_chain, stands_free, way_is_clear
+from beacon_mj.planners.push_limits import PushLimits
 from beacon_mj.planners.recovery import Recovery, give_up
-from beacon_mj.pushing import PushWorld
 
 _CELL_M = 0.05  #: Grid of the way through, and of the way round [m].
 _MARGIN_M = 0.015  #: Room kept on the way round [m].
 _TIGHT_CELL_M = 0.025  #: Grid of the way round where there is no other way [m].
 _TIGHT_MARGIN_M = 0.005  #: Room kept there [m].
 _COOLDOWN_S = 3.0  #: Time for which an obstacle just pushed aside is left alone [s].
-_CLEAR_SLACK_M = 0.3  #: A free way this much longer than planned ends a push [m].
-_LOOK_AHEAD_M = 0.2  #: Travel ahead of a push that is watched for fragile things [m].
+_FIRST_M = 0.03  #: Least travel of a push before it may end because the way is clear.
 _MAX_FAILURES = 2  #: Failed pushes of one obstacle before it counts as immovable.
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Decision:
-    """Push or detour, and what was compared."""
-
-    plan: PushPlan | None
-    cost_push: float
-    cost_detour: float
-    terms: Mapping[str, float]
-    reason: str
 
 
 class ContactPlanner(Planner):
@@ -134,13 +122,10 @@ class ContactPlanner(Planner):
     ) -> Command | None:
         """Go on with a push; None when it is over."""
         name = controller.plan.id
-        if controller.phase == "approach" and not self._still_open(observation):
-            controller.phase = "failed"
-        if controller.phase == "push":
-            if self._way_is_clear(controller, observation):
-                controller.phase, controller.reason = "done", "the way is clear"
-            elif self._harms_next(controller, observation):
-                controller.phase, controller.reason = "done", "it would break another"
+        if spoilt := self._spoilt(controller, observation):
+            begun = controller.phase == "push"
+            controller.phase = "done" if begun else "failed"
+            controller.reason = spoilt
         velocity = controller.act(observation)
         if controller.phase not in ("done", "failed"):
             action: Action = "push" if controller.phase == "push" else "approach"
@@ -155,43 +140,26 @@ class ContactPlanner(Planner):
         self._recovery.restart(observation)
         return None
 
-    def _still_open(self, observation: Observation) -> bool:
-        """Whether nothing new stands where the push was to begin."""
-        if observation.map_version == self._planned_version:
-            return True
-        self._planned_version = observation.map_version
-        assert self._controller is not None
-        plan = self._controller.plan
-        gaps = observation.footprints.distance(plan.approach_m) - self._task.radius_m
-        return bool(gaps.min() > 0.0)
-
-    def _way_is_clear(
+    def _spoilt(
         self, controller: PushController, observation: Observation
-    ) -> bool:
-        """Whether the disc can now go on freely, about as directly as planned."""
-        if controller.pushed_m < 0.03:
-            return False
-        free = self._wide
-        free.update(observation)
-        end = controller.plan.end_m
-        ahead = float(np.hypot(*(end - observation.position_m)))
-        onward = float(np.hypot(*(self._task.goal_m - end)))
-        return free.length_m < ahead + onward + _CLEAR_SLACK_M
-
-    def _harms_next(self, controller: PushController, observation: Observation) -> bool:
-        """Whether going on would drive something likely fragile against another body.
-
-        What lies behind an obstacle is often seen only once the push has begun.
-        """
-        if self.accepted_fragile_chain >= 1.0 or not self.predicts_cascades:
-            return False
-        near = nearby(observation, controller.plan.index, _LOOK_AHEAD_M)
-        ahead = _LOOK_AHEAD_M * controller.plan.direction
-        cascade = PushWorld([observation.obstacles[i] for i in near]).cascade(
-            0, ahead, lambda i: 0.0, self._task.force_max_n, lambda i: False
-        )
-        struck = [observation.obstacles[near[i]].id for i, _ in cascade.moved]
-        return not self.chain_is_safe(struck)
+    ) -> str | None:
+        """Return why a push that goes on should not, None if it may."""
+        plan = controller.plan
+        if controller.phase == "approach":
+            if observation.map_version != self._planned_version:
+                self._planned_version = observation.map_version
+                if not stands_free(observation, plan, self._task):
+                    return "something stands where the push was to begin"
+        elif controller.phase == "push":
+            if controller.pushed_m >= _FIRST_M and way_is_clear(
+                observation, plan, self._wide, self._task
+            ):
+                return "the way is clear"
+            if self.predicts_cascades and not self.chain_is_safe(
+                next_in_chain(observation, plan, self._task)
+            ):
+                return "it would break another"
+        return None
 
     def chain_is_safe(self, moved: Sequence[str]) -> bool:
         """Whether no likely-fragile obstacle is in a chain reaction (paper II.G).
@@ -299,6 +267,13 @@ class ContactPlanner(Planner):
     def predicts_cascades(self) -> bool:
         """Whether chain reactions are predicted before a push (paper II.G)."""
         return True
+
+    def fragility(self, observation: Observation, plan: PushPlan) -> float:
+        """Return the largest probability of being fragile of what would move."""
+        return max(
+            self.beliefs.probability(observation.obstacles[i].id, "fragile")
+            for i, _ in plan.cascade.moved
+        )
 
     def _begin(self, plan: PushPlan, observation: Observation) -> None:
         """Begin a push."""

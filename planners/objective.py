@@ -17,7 +17,7 @@ from beacon_mj.observation import Observation, Task
 from beacon_mj.planners.checks import expect
 from beacon_mj.planners.free_route import FreeRoute
 from beacon_mj.planners.push_candidates import PushPlan
-from beacon_mj.planners.push_controller import PushLimits
+from beacon_mj.planners.push_limits import PushLimits
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

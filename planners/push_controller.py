@@ -5,7 +5,6 @@ through the centroid wherever the obstacle turns, and stops when the way is clea
 when nothing gives, or when the force on something that may break grows too large.
 """
 
-from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -15,26 +14,9 @@ from beacon_mj.geodesic import shortest_path
 from beacon_mj.geometry import Array
 from beacon_mj.observation import Observation, SensedObstacle, Task
 from beacon_mj.planners.push_candidates import PushPlan, segment_is_clear
+from beacon_mj.planners.push_limits import PushLimits
 
 Phase = Literal["approach", "touch", "push", "back_off", "done", "failed"]
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
-class PushLimits:
-    """How a push is carried out; the same for all planners that push.
-
-    Attributes:
-        touch_mps: Speed at which the bumper meets the obstacle [m/s].
-        push_mps: Speed of the push [m/s].
-        ramp_mps2: Acceleration from one to the other [m/s^2].
-        force_limit_n: Bumper force above which the push slows down [N]; infinite for
-            obstacles that will not break.
-    """
-
-    touch_mps: float
-    push_mps: float
-    ramp_mps2: float = 0.6
-    force_limit_n: float = float("inf")
 
 
 class PushController:

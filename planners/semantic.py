@@ -1,6 +1,5 @@
 """The contact-aware semantic baseline: fixed weights, beliefs never updated."""
 
-import math
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -9,7 +8,8 @@ import numpy as np
 from beacon_mj.belief import BeliefMap
 from beacon_mj.observation import Observation, Probabilities
 from beacon_mj.planners.checks import expect_between
-from beacon_mj.planners.contact_planner import ContactPlanner, Decision
+from beacon_mj.planners.contact_planner import ContactPlanner
+from beacon_mj.planners.decision import Decision, decide
 from beacon_mj.planners.free_route import FreeRoute
 from beacon_mj.planners.objective import (
     Candidate,
@@ -19,7 +19,7 @@ from beacon_mj.planners.objective import (
     push_candidate,
 )
 from beacon_mj.planners.push_candidates import PushPlan
-from beacon_mj.planners.push_controller import PushLimits
+from beacon_mj.planners.push_limits import PushLimits
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -97,16 +97,8 @@ class Semantic(ContactPlanner):
             (self._terms(self._candidate(observation, p), observation), p)
             for p in plans
         ]
-        terms, plan = min(scored, key=lambda s: sum(s[0].values()))
-        c_push = sum(terms.values())
         way = detour_candidate(observation, self._task, detour)
-        around = {} if way is None else self._terms(way, observation)
-        c_detour = math.inf if way is None else sum(around.values())
-        if c_push < c_detour:
-            reason = f"Push: {c_push:.2f} against {c_detour:.2f} for the way round."
-            return Decision(plan, c_push, c_detour, terms, reason)
-        reason = f"Go round: {c_detour:.2f} against {c_push:.2f} for the push."
-        return Decision(None, c_push, c_detour, around, reason)
+        return decide(scored, None if way is None else self._terms(way, observation))
 
     def limits(self, observation: Observation, plan: PushPlan) -> PushLimits:
         """Return the same speeds for every obstacle."""

@@ -1,0 +1,43 @@
+"""Watching a push while it goes on: is the way clear, what is about to be struck?"""
+
+import numpy as np
+
+from beacon_mj.observation import Observation, Task
+from beacon_mj.planners.free_route import FreeRoute
+from beacon_mj.planners.push_candidates import PushPlan, nearby
+from beacon_mj.pushing import PushWorld
+
+_CLEAR_SLACK_M = 0.3  #: A free way this much longer than planned ends a push [m].
+_LOOK_AHEAD_M = 0.2  #: Travel ahead of a push that is watched [m].
+
+
+def stands_free(observation: Observation, plan: PushPlan, task: Task) -> bool:
+    """Whether nothing stands where the push is to begin."""
+    gaps = observation.footprints.distance(plan.approach_m) - task.radius_m
+    return bool(gaps.min() > 0.0)
+
+
+def way_is_clear(
+    observation: Observation, plan: PushPlan, free: FreeRoute, task: Task
+) -> bool:
+    """Whether the disc can now go on freely, about as directly as planned."""
+    free.update(observation)
+    ahead = float(np.hypot(*(plan.end_m - observation.position_m)))
+    onward = float(np.hypot(*(task.goal_m - plan.end_m)))
+    return free.length_m < ahead + onward + _CLEAR_SLACK_M
+
+
+def next_in_chain(observation: Observation, plan: PushPlan, task: Task) -> list[str]:
+    """Return what moves if the push goes on a little, the pushed obstacle first.
+
+    What lies behind an obstacle is often seen only once the push has begun.
+    """
+    near = nearby(observation, plan.index, _LOOK_AHEAD_M)
+    cascade = PushWorld([observation.obstacles[i] for i in near]).cascade(
+        0,
+        _LOOK_AHEAD_M * plan.direction,
+        lambda i: 0.0,
+        task.force_max_n,
+        lambda i: False,
+    )
+    return [observation.obstacles[near[i]].id for i, _ in cascade.moved]
