@@ -51,7 +51,7 @@ class BeaconConfig:
     #: Bumper force above which a push of something that may break slows down [N].
     fragile_force_n: float = 14.0
     #: Speed of a push [m/s].
-    push_speed_mps: float = 0.4
+    push_speed_mps: float = 0.45
     #: Whether contact evidence updates the belief (an ablation).
     update_belief: bool = True
     #: Whether a changed belief triggers replanning (an ablation).
@@ -184,7 +184,7 @@ class Beacon(ContactPlanner):
         """Touch slowly where something may break; a light touch is cheap."""
         cfg, obstacle = self.config, observation.obstacles[plan.index]
         if self.fragility(observation, plan) < SURE:
-            return PushLimits(touch_mps=0.25, push_mps=cfg.push_speed_mps)
+            return PushLimits(touch_mps=0.3, push_mps=cfg.push_speed_mps, ramp_mps2=1.0)
         return gentle_limits(
             obstacle,
             self.beliefs.force_n(obstacle),
@@ -192,7 +192,7 @@ class Beacon(ContactPlanner):
             gentle_force_n=cfg.gentle_force_n,
             fragile_force_n=cfg.fragile_force_n,
             push_mps=cfg.push_speed_mps,
-            ramp_mps2=0.4,
+            ramp_mps2=0.5,
         )
 
     def _push_candidate(self, observation: Observation, plan: PushPlan) -> Candidate:

@@ -16,6 +16,9 @@ from beacon_mj.observation import Observation, SensedObstacle, Task
 from beacon_mj.planners.push_candidates import PushPlan, segment_is_clear
 from beacon_mj.planners.push_limits import PushLimits
 
+_CRAWL_MPS = 0.08  #: Speed up to which the bumper's force is friction alone [m/s].
+_STEADY = 1.25  #: Force limit over the force of a crawl.
+
 Phase = Literal["approach", "touch", "push", "back_off", "done", "failed"]
 
 
@@ -38,6 +41,7 @@ class PushController:
         self._task = task
         self._limits = limits
         self._speed = limits.touch_mps
+        self._force_limit_n = limits.force_limit_n
         self._path: Array | None = None
         self._progress = 0.0
         self._since = 0
@@ -118,7 +122,10 @@ class PushController:
         self._lost = 0 if self._touches(observation) else self._lost + 1
         period = self._task.control_period_s
         force = float(np.hypot(*observation.bumper_force_n))
-        if force > self._limits.force_limit_n:
+        if self._speed <= _CRAWL_MPS:
+            # What a crawl takes is friction, at any speed; only more is a blow.
+            self._force_limit_n = max(self._force_limit_n, _STEADY * force)
+        if force > self._force_limit_n:
             self._speed = max(0.25 * self._speed, 0.01)
         else:
             ramp = self._limits.ramp_mps2 * period
