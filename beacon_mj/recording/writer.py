@@ -8,30 +8,23 @@ once more in chunks that grow with the file, each with the index by which viewer
 import os
 import struct
 import zlib
-from itertools import pairwise
 from pathlib import Path
 
 import zstandard
-from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
 from mcap.records import (
     Attachment,
-    AttachmentIndex,
     Channel,
     Chunk,
-    ChunkIndex,
-    DataEnd,
-    Footer,
     Header,
     McapRecord,
     MessageIndex,
     Metadata,
-    MetadataIndex,
     Schema,
-    Statistics,
 )
 
 from beacon_mj.recording.container import MAGIC
+from beacon_mj.recording.whole_file import WholeFile, record_bytes
 
 #: A chunk is closed at this share of the bytes before it: what a cut may cost.
 CHUNK_SHARE = 1 / 3
@@ -46,7 +39,6 @@ _SMALL = zstandard.ZstdCompressionParameters.from_level(
     search_log=1,
 )
 _MESSAGE = struct.Struct("<BQHIQQ")
-_FOOTER_START = struct.Struct("<BQQQ")
 
 
 class _Chunk:
@@ -107,12 +99,12 @@ class LogWriter:
     def put(self, record: Header | Metadata | Attachment) -> None:
         """Write a record that stands before all chunks."""
         self._head.append(record)
-        self._file.write(_bytes(record))
+        self._file.write(record_bytes(record))
 
     def define(self, record: Schema | Channel) -> None:
         """Write a schema, or a channel of one."""
         self._defined.append(record)
-        self._pending.data += _bytes(record)
+        self._pending.data += record_bytes(record)
 
     def add(self, channel_id: int, time_ns: int, data: bytes) -> None:
         """Write a message."""
@@ -122,7 +114,7 @@ class LogWriter:
         """Make all that was written outlive this process."""
         pending, self._pending = self._pending, _Chunk()
         if pending.data:
-            self._file.write(_bytes(pending.packed(_FAST)))
+            self._file.write(record_bytes(pending.packed(_FAST)))
             self._open.extend(pending)
         self._file.flush()
         size = len(self._open.data)
@@ -133,7 +125,7 @@ class LogWriter:
         """Write the whole file, with a last record, and give it its name."""
         self.flush()
         self._close_chunk()
-        whole = _Whole()
+        whole = WholeFile()
         for record in self._head:
             whole.put(record)
         for chunk, index in self._closed:
@@ -142,8 +134,11 @@ class LogWriter:
         whole.end(self._defined)
         self.close()
         packed = self._path.with_name(f"{self._path.name}.packed")
-        packed.write_bytes(whole.data)
-        os.replace(packed, self._part)
+        try:
+            packed.write_bytes(whole.data)
+            os.replace(packed, self._part)
+        finally:
+            packed.unlink(missing_ok=True)
         os.replace(self._part, self._path)
 
     def close(self) -> None:
@@ -157,95 +152,3 @@ class LogWriter:
             self._size += len(done.data)
             index = [MessageIndex(i, found) for i, found in done.messages.items()]
             self._closed.append((done.packed(_SMALL), index))
-
-
-class _Whole:
-    """A finished file in memory."""
-
-    def __init__(self) -> None:
-        self.data = bytearray(MAGIC)
-        self._indexes: list[ChunkIndex | AttachmentIndex | MetadataIndex] = []
-        self._counts: dict[int, int] = {}
-
-    def put(self, record: McapRecord) -> None:
-        """Append a record, and remember where it is."""
-        offset, data = len(self.data), _bytes(record)
-        self.data += data
-        match record:
-            case Metadata():
-                index = MetadataIndex(offset, len(data), record.name)
-                self._indexes.append(index)
-            case Attachment():
-                self._indexes.append(
-                    AttachmentIndex(
-                        offset=offset,
-                        length=len(data),
-                        log_time=record.log_time,
-                        create_time=record.create_time,
-                        data_size=len(record.data),
-                        name=record.name,
-                        media_type=record.media_type,
-                    )
-                )
-
-    def put_chunk(self, chunk: Chunk, messages: list[MessageIndex]) -> None:
-        """Append a chunk with the index of its messages."""
-        start = len(self.data)
-        self.put(chunk)
-        places = [len(self.data)]
-        for index in messages:
-            self.put(index)
-            places.append(len(self.data))
-            count = self._counts.get(index.channel_id, 0)
-            self._counts[index.channel_id] = count + len(index.records)
-        self._indexes.append(
-            ChunkIndex(
-                chunk_start_offset=start,
-                chunk_length=places[0] - start,
-                compression=chunk.compression,
-                compressed_size=len(chunk.data),
-                uncompressed_size=chunk.uncompressed_size,
-                message_start_time=chunk.message_start_time,
-                message_end_time=chunk.message_end_time,
-                message_index_length=places[-1] - places[0],
-                message_index_offsets={
-                    index.channel_id: place
-                    for index, (place, _) in zip(
-                        messages, pairwise(places), strict=True
-                    )
-                },
-            )
-        )
-
-    def end(self, defined: list[Schema | Channel]) -> None:
-        """Append the summary, by which readers find everything."""
-        self.put(DataEnd(zlib.crc32(self.data)))
-        start = len(self.data)
-        for record in (*defined, self._statistics(defined), *self._indexes):
-            self.data += _bytes(record)
-        footer = _FOOTER_START.pack(Opcode.FOOTER, 20, start, 0)
-        crc = zlib.crc32(self.data[start:] + footer)
-        self.put(Footer(summary_start=start, summary_offset_start=0, summary_crc=crc))
-        self.data += MAGIC
-
-    def _statistics(self, defined: list[Schema | Channel]) -> Statistics:
-        chunks = [i for i in self._indexes if isinstance(i, ChunkIndex)]
-        kinds = [type(record) for record in (*defined, *self._indexes)]
-        return Statistics(
-            attachment_count=kinds.count(AttachmentIndex),
-            channel_count=kinds.count(Channel),
-            channel_message_counts=self._counts,
-            chunk_count=len(chunks),
-            message_count=sum(self._counts.values()),
-            message_end_time=max(c.message_end_time for c in chunks),
-            message_start_time=min(c.message_start_time for c in chunks),
-            metadata_count=kinds.count(MetadataIndex),
-            schema_count=kinds.count(Schema),
-        )
-
-
-def _bytes(record: McapRecord) -> bytes:
-    """Return a record as it stands in a file."""
-    builder = RecordBuilder()
-    record.write(builder)
-    return bytes(builder.end())  # type: ignore[no-untyped-call]
