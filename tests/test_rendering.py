@@ -186,6 +186,12 @@ def test_panel_shows_way_footprints_and_events(log_path: Path, tmp_path: Path) -
     )
 
 
+def test_panel_is_no_png(log_path: Path, tmp_path: Path) -> None:
+    with pytest.raises(LogError, match=r"panel.png: expected a name .* \.svg"):
+        plot_panel(log_path, tmp_path / "panel.png")
+    assert not list(tmp_path.iterdir())
+
+
 def test_panel_outlines_are_the_worlds_own(log_path: Path) -> None:
     log = read_log(log_path)
     world = World(log.scene)

@@ -70,8 +70,8 @@ def _facts(log: "Log") -> Iterator[tuple[str, str]]:
     seed = log.config.get("planner_seed", "unknown")
     yield "planner", f"{log.planner}, seed {seed}"
     yield "scene", f"{scene.name}, {len(scene.obstacles)} obstacles, {scene.perception}"
-    outcome = result.get("outcome", "unfinished: it broke off")
-    yield "outcome", f"{outcome} {result.get('detail', '')}".strip()
+    outcome = f"{result.get('outcome')} {result.get('detail', '')}".strip()
+    yield "outcome", outcome if log.finished else "unfinished: it broke off"
     yield "steps", f"{log.steps}, {seconds:.1f} s of simulation"
     count = {name: len(found) for name, found in log.messages.items()}
     yield "events", f"{count['/push']} pushes ended, {count['/damage']} broken"

@@ -20,6 +20,7 @@ from beacon_mj.errors import LogError
 
 MAX_CHUNK_BYTES = 16 << 20  #: Largest chunk, declared or real [bytes].
 MAX_LOG_BYTES = 512 << 20  #: Largest log, on disk or unpacked [bytes].
+PACKED = ".gz"  #: Ending of the name of an attachment that is packed.
 MAGIC = b"\x89MCAP0\r\n"
 _FOOTER_BYTES = 9 + 20 + len(MAGIC)
 
@@ -78,7 +79,13 @@ class Container:
                     f"{self.path}: expected whole records up to the end of the file "
                     "but one breaks off: the log is damaged."
                 ) from None
-        except (McapError, ValueError, struct.error, zstandard.ZstdError) as error:
+        except (
+            McapError,
+            ValueError,
+            struct.error,
+            zlib.error,
+            zstandard.ZstdError,
+        ) as error:
             raise LogError(f"{self.path}: the log is damaged: {error}.") from error
 
     def _checked(self) -> Iterator[McapRecord]:
@@ -93,15 +100,13 @@ class Container:
             if isinstance(record, Chunk):
                 chunk = self._unpack(record)
                 unpacked += len(chunk.data)
-                if unpacked > MAX_LOG_BYTES:
-                    raise LogError(
-                        f"{self.path}: expected at most {MAX_LOG_BYTES} bytes of "
-                        "messages but there are more."
-                    )
+                self._check_total(unpacked)
                 yield from self._inside(chunk)
             else:
                 if isinstance(record, Attachment):
-                    self._check_attachment(record)
+                    record = self._attachment(record)
+                    unpacked += len(record.data)
+                    self._check_total(unpacked)
                 if isinstance(record, Footer):
                     self._check_summary(record)
                 yield record
@@ -140,10 +145,23 @@ class Container:
             )
         return replace(chunk, data=data, compression="")
 
-    def _check_attachment(self, attachment: Attachment) -> None:
-        """Check that an attachment is as long as it says."""
-        if not attachment.data:
+    def _attachment(self, attachment: Attachment) -> Attachment:
+        """Return an attachment, one that is packed (`.gz`) as what is in it."""
+        name, data = attachment.name, attachment.data
+        if name.endswith(PACKED):
+            name = name.removesuffix(PACKED)
+            data = zlib.decompressobj(wbits=31).decompress(data, MAX_CHUNK_BYTES)
+        if not data:
             raise LogError(f"{self.path}: attachment {attachment.name!r} is empty.")
+        return replace(attachment, name=name, data=data)
+
+    def _check_total(self, unpacked: int) -> None:
+        """Check the number of bytes that came out so far."""
+        if unpacked > MAX_LOG_BYTES:
+            raise LogError(
+                f"{self.path}: expected at most {MAX_LOG_BYTES} bytes when unpacked "
+                "but there are more."
+            )
 
     def _check_summary(self, footer: Footer) -> None:
         """Check the checksum of the summary, which nothing here uses otherwise."""

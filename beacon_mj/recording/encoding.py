@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from beacon_mj.geometry import Array
-from beacon_mj.observation import Observation, Rationale, SensedObstacle
+from beacon_mj.observation import Command, Observation, Rationale, SensedObstacle
 from beacon_mj.recording.drawing import ARENA, stamp
 from beacon_mj.recording.messages import message
 from beacon_mj.trace import StepRecord
@@ -47,13 +47,6 @@ def start_message(observation: Observation) -> Any:
     return out
 
 
-def command_message(velocity_mps: Array) -> Any:
-    """Return a velocity command [m/s]."""
-    out = message("beacon_mj.Command")()
-    set_planar(out.velocity_mps, velocity_mps)
-    return out
-
-
 def split_path(path_m: Array, plan_m: Array) -> tuple[Array, int] | None:
     """Return a path as a few new points and the rest of a logged plan.
 
@@ -70,21 +63,25 @@ def split_path(path_m: Array, plan_m: Array) -> tuple[Array, int] | None:
     return None
 
 
-def decision_message(rationale: Rationale, head_m: Array, tail: int) -> Any:
-    """Return why a command was chosen; plan and beliefs have topics of their own.
+def command_message(command: Command, head_m: Array, tail: int) -> Any:
+    """Return a velocity command [m/s], and the path as `split_path` gives it."""
+    out = message("beacon_mj.Command")(
+        has_path=command.rationale.path_m is not None, path_tail=tail
+    )
+    set_planar(out.velocity_mps, command.velocity_mps)
+    for x, y in head_m.tolist():
+        out.path_head.add(x=x, y=y)
+    return out
 
-    `head_m` and `tail` are the path as `split_path` gives it.
-    """
+
+def decision_message(rationale: Rationale) -> Any:
+    """Return why a command was chosen; path and beliefs are in other messages."""
     out = message("beacon_mj.Decision")(
         action=rationale.action,
         reason=rationale.reason,
         replanned=rationale.replanned,
         expansions=rationale.expansions,
-        has_path=rationale.path_m is not None,
-        path_tail=tail,
     )
-    for x, y in head_m.tolist():
-        out.path_head.add(x=x, y=y)
     if rationale.target is not None:
         out.target = rationale.target
     if rationale.cost_push is not None:

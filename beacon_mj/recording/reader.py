@@ -217,7 +217,12 @@ def _states(
 ) -> tuple[Array, Array]:
     """Return every state, (steps + 1, nq) and (steps + 1, nv)."""
     found = messages["/state"]
-    if not found or not found[0][1].full or len(found) != len(messages["/step"]):
+    if not found:
+        raise LogError(
+            f"{path}: expected a state at the start but there is none: the log broke "
+            "off at its beginning."
+        )
+    if not found[0][1].full or len(found) != len(messages["/step"]):
         raise LogError(
             f"{path}: expected a full state at the start and one state per step but "
             f"there are {len(found)} states and {len(messages['/step'])} steps."

@@ -37,7 +37,7 @@ def rebuild_trace(log: Log) -> Trace:
     """
     try:
         return _Rebuild(log).trace()
-    except (KeyError, IndexError, StopIteration) as error:
+    except (LookupError, StopIteration) as error:
         raise LogError(
             f"{log.path}: expected consistent messages but one names or needs what is "
             f"not there: {error}."
@@ -50,8 +50,10 @@ class _Rebuild:
     def __init__(self, log: Log) -> None:
         self._log = log
         self._number = {o.id: i for i, o in enumerate(log.scene.obstacles)}
+        self._decisions = _Latest(log.messages["/decision"])
         self._plan = _Latest(log.messages["/plan"])
         self._belief = _Latest(log.messages["/belief"])
+        self._decision: Any = None
         self._points = np.zeros((0, 2))
         self._beliefs: dict[str, Probabilities] = {}
         self._contacts = _by_time(log, "/contacts")
@@ -63,11 +65,10 @@ class _Rebuild:
         log = self._log
         start, *steps = log.messages["/step"]
         commands = log.messages["/command"]
-        decisions = log.messages["/decision"]
-        if not len(steps) == len(commands) == len(decisions):
+        if len(steps) != len(commands):
             raise LogError(
-                f"{log.path}: expected one command and decision per step but there "
-                f"are {len(commands)} and {len(decisions)} for {len(steps)} steps."
+                f"{log.path}: expected one command per step but there are "
+                f"{len(commands)} for {len(steps)} steps."
             )
         trace = Trace(
             planner=log.planner,
@@ -77,8 +78,8 @@ class _Rebuild:
             first_sensed=tuple(start[1].newly_sensed),
         )
         trace.steps = [
-            self._record(command, decision, step)
-            for command, decision, step in zip(commands, decisions, steps, strict=True)
+            self._record(command, step)
+            for command, step in zip(commands, steps, strict=True)
         ]
         if log.finished:
             self._end(trace)
@@ -95,13 +96,11 @@ class _Rebuild:
         trace.outcome = outcome
         trace.detail = result.get("detail", "")
 
-    def _record(
-        self, command: tuple[int, Any], decision: tuple[int, Any], step: tuple[int, Any]
-    ) -> StepRecord:
+    def _record(self, command: tuple[int, Any], step: tuple[int, Any]) -> StepRecord:
         return StepRecord(
             command=Command(
                 velocity_mps=_planar(command[1].velocity_mps),
-                rationale=self._rationale(*decision),
+                rationale=self._rationale(*command),
             ),
             outcome=self._outcome(*step),
             battery=step[1].battery,
@@ -109,7 +108,11 @@ class _Rebuild:
             decision_s=0.0,
         )
 
-    def _rationale(self, time_ns: int, decision: Any) -> Rationale:
+    def _rationale(self, time_ns: int, command: Any) -> Rationale:
+        if (found := self._decisions.until(time_ns)) is not None:
+            self._decision = found
+        if (decision := self._decision) is None:
+            raise LookupError("no decision before the first command")
         if (plan := self._plan.until(time_ns)) is not None:
             self._points = _rows(p.position for p in plan.poses)
         if (belief := self._belief.until(time_ns)) is not None:
@@ -123,20 +126,20 @@ class _Rebuild:
             cost_push=_optional(decision, "cost_push"),
             cost_detour=_optional(decision, "cost_detour"),
             terms={term.name: term.value for term in decision.terms},
-            path_m=self._path(decision),
+            path_m=self._path(command),
             beliefs=self._beliefs,
             replanned=decision.replanned,
             expansions=decision.expansions,
         )
 
-    def _path(self, decision: Any) -> Array | None:
+    def _path(self, command: Any) -> Array | None:
         """Return the path: a few points of its own, then the end of the plan."""
-        if not decision.has_path:
+        if not command.has_path:
             return None
-        first = len(self._points) - decision.path_tail
+        first = len(self._points) - command.path_tail
         if first < 0:
-            raise IndexError(f"{decision.path_tail} points of a shorter plan")
-        return np.vstack([_rows(decision.path_head), self._points[first:]])
+            raise IndexError(f"{command.path_tail} points of a shorter plan")
+        return np.vstack([_rows(command.path_head), self._points[first:]])
 
     def _outcome(self, time_ns: int, step: Any) -> StepOutcome:
         return StepOutcome(

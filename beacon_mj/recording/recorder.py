@@ -1,32 +1,31 @@
 """Writes one episode to one MCAP file while it runs.
 
-The file is written as `.part` and renamed when whole. Scene, world and configuration
-stand at its beginning, and every simulated second is flushed, so a run that is killed
-leaves a readable log of all but its last second. All times are simulation time:
-identical runs give identical bytes.
+Scene, world and configuration stand at the beginning of the file, and every simulated
+second is flushed, so a run that is killed leaves a readable `.part` of all but its last
+second. All times are simulation time: identical runs give identical bytes.
 """
 
+import gzip
 import hashlib
-import os
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 import numpy as np
-from mcap.writer import CompressionType, Writer
+from mcap.records import Attachment, Channel, Metadata, Schema
 
 from beacon_mj.errors import LogError, PlannerError
 from beacon_mj.geometry import Array, Footprint
 from beacon_mj.observation import Observation, Rationale
 from beacon_mj.recording import drawing, encoding, events, provenance
+from beacon_mj.recording.container import PACKED
 from beacon_mj.recording.drawing import NS
 from beacon_mj.recording.messages import schema_data
 from beacon_mj.recording.schemas import SCENE_NAME, TOPICS, WORLD_NAME
+from beacon_mj.recording.writer import LogWriter
 from beacon_mj.trace import StepRecord, Trace
 from beacon_mj.world import World
-
-CHUNK_BYTES = 1 << 20  #: A chunk is closed when it grows beyond this [bytes].
 
 
 class Recorder:
@@ -49,11 +48,9 @@ class Recorder:
             row: Computes the episode's row, stored without its wall-clock columns.
         """
         self.path = Path(path)
-        self.part = self.path.with_name(self.path.name + ".part")
         self._planner_config = planner_config
         self._seed = seed
         self._row = row
-        self._file: IO[bytes] | None = None
         self._writer: Any = None
         self._time_ns = 0
 
@@ -86,14 +83,11 @@ class Recorder:
     def end(self, trace: Trace) -> None:
         """Write the result and give the file its final name."""
         row = None if self._row is None else self._row(trace)
-        assert self._file is not None, "end() before begin()"
+        assert self._writer is not None, "end() before begin()"
         with self._writing():
             self._put("/log", events.ended(trace, self._time_ns))
-            self._writer.flush()
-            self._writer.add_metadata("result", provenance.result(trace, row))
-            self._writer.finish()
-            self._file.close()
-            os.replace(self.part, self.path)
+            result = provenance.result(trace, row)
+            self._writer.finish(Metadata("result", result))
 
     @contextmanager
     def _writing(self) -> Iterator[None]:
@@ -101,8 +95,8 @@ class Recorder:
         try:
             yield
         except BaseException as error:
-            if self._file is not None:
-                self._file.close()
+            if self._writer is not None:
+                self._writer.close()
             if isinstance(error, OSError):
                 raise LogError(
                     f"{self.path}: cannot write the log: {error.strerror}"
@@ -112,74 +106,64 @@ class Recorder:
     def _open(self, trace: Trace, world: World) -> None:
         """Write header, metadata and attachments, and register the channels."""
         self.path.parent.mkdir(parents=True, exist_ok=True)
-        self._file = self.part.open("wb")
-        self._writer = Writer(
-            self._file,
-            chunk_size=CHUNK_BYTES,
-            compression=CompressionType.ZSTD,
-            enable_data_crcs=True,
-        )
-        self._writer.start(library=f"beacon-mj {provenance.versions()['beacon-mj']}")
+        versions = provenance.versions()
+        self._writer = LogWriter(self.path, f"beacon-mj {versions['beacon-mj']}")
         attachments = {
-            SCENE_NAME: ("application/json", trace.scene.to_json()),
-            WORLD_NAME: ("application/xml", world.mjcf.encode()),
+            SCENE_NAME: trace.scene.to_json(),
+            WORLD_NAME: world.mjcf.encode(),
         }
         digests = {
-            name: hashlib.sha256(data).hexdigest()
-            for name, (_, data) in attachments.items()
+            n: hashlib.sha256(data).hexdigest() for n, data in attachments.items()
         }
         config = provenance.config(trace, self._planner_config, self._seed)
-        self._writer.add_metadata("config", config)
-        self._writer.add_metadata("versions", provenance.versions())
-        self._writer.add_metadata("attachments", digests)
-        for name, (media_type, data) in attachments.items():
-            self._writer.add_attachment(0, 0, name, media_type, data)
+        self._writer.put(Metadata("config", config))
+        self._writer.put(Metadata("versions", versions))
+        self._writer.put(Metadata("attachments", digests))
+        for name, data in attachments.items():
+            packed = gzip.compress(data, compresslevel=6, mtime=0)
+            attachment = Attachment(0, 0, name + PACKED, "application/gzip", packed)
+            self._writer.put(attachment)
         self._register()
         self._ids = [o.id for o in trace.scene.obstacles]
 
     def _register(self) -> None:
         """Register every topic, and every schema once."""
-        schemas = {
-            name: self._writer.register_schema(name, "protobuf", schema_data(name))
-            for name in dict.fromkeys(TOPICS.values())
-        }
-        self._channels = {
-            topic: self._writer.register_channel(topic, "protobuf", schemas[name])
-            for topic, name in TOPICS.items()
-        }
+        schemas = {name: k for k, name in enumerate(dict.fromkeys(TOPICS.values()), 1)}
+        for name, number in schemas.items():
+            schema = Schema(number, schema_data(name), "protobuf", name)
+            self._writer.define(schema)
+        self._channels = {topic: k for k, topic in enumerate(TOPICS, 1)}
+        for topic, number in self._channels.items():
+            channel = Channel(number, topic, "protobuf", {}, schemas[TOPICS[topic]])
+            self._writer.define(channel)
 
     def _reset(self) -> None:
         """Forget what was written last."""
         self._time_ns = 0
-        self._sequence = dict.fromkeys(TOPICS, 0)
         self._state = encoding.StateDelta()
         self._poses = np.zeros((0, 7))
         self._moving = np.zeros(0, np.bool_)
         self._plan = np.zeros((0, 2))
+        self._decision: Any = None
         self._beliefs: dict[str, Any] = {}
         self._visible: list[str] = []
         self._mapped: dict[str, tuple[Footprint, bool]] = {}
 
     def _put(self, topic: str, message: Any) -> None:
         """Write a message at the present simulation time."""
-        self._writer.add_message(
-            channel_id=self._channels[topic],
-            log_time=self._time_ns,
-            publish_time=self._time_ns,
-            data=message.SerializeToString(),
-            sequence=self._sequence[topic],
-        )
-        self._sequence[topic] += 1
+        data = message.SerializeToString()
+        self._writer.add(self._channels[topic], self._time_ns, data)
 
     def _log_decision(self, record: StepRecord) -> None:
         """Write what the planner decided, at the time when it decided."""
-        command = record.command
-        rationale = command.rationale
-        self._put("/command", encoding.command_message(command.velocity_mps))
+        command, rationale = record.command, record.command.rationale
         try:
             head, tail = self._log_path(rationale)
-            message = encoding.decision_message(rationale, head, tail)
-            self._put("/decision", message)
+            self._put("/command", encoding.command_message(command, head, tail))
+            decision = encoding.decision_message(rationale)
+            if decision != self._decision:
+                self._decision = decision
+                self._put("/decision", decision)
             if rationale.beliefs != self._beliefs:
                 self._beliefs = dict(rationale.beliefs)
                 self._put("/belief", encoding.belief_message(rationale))
@@ -220,7 +204,8 @@ class Recorder:
         rows = [(ids[i], before_ns, self._poses[i]) for i in np.flatnonzero(started)]
         rows += [(ids[i], self._time_ns, poses[i]) for i in np.flatnonzero(moving)]
         self._put("/tf", drawing.transforms(rows, (self._time_ns, position)))
-        self._put("/robot", encoding.robot_message(position, self._time_ns))
+        if self._time_ns % NS == 0:
+            self._put("/robot", encoding.robot_message(position, self._time_ns))
         self._poses, self._moving = poses, moving
 
     def _log_state(self, world: World, step: int) -> None:

@@ -62,11 +62,11 @@ BEACON: Final[dict[str, str]] = {
     "newly_sensed:*string displacements:*Displacement toppled:*string",
     "State": "step:uint32 full:bool qpos_index:*uint32 qpos:*double "
     "qvel_index:*uint32 qvel:*double",
-    "Command": "velocity_mps:foxglove.Vector2",
+    "Command": "velocity_mps:foxglove.Vector2 has_path:bool "
+    "path_head:*foxglove.Vector2 path_tail:uint32",
     "Term": "name:string value:double",
     "Decision": "action:string reason:string target:?string cost_push:?double "
-    "cost_detour:?double terms:*Term replanned:bool expansions:uint64 has_path:bool "
-    "path_head:*foxglove.Vector2 path_tail:uint32",
+    "cost_detour:?double terms:*Term replanned:bool expansions:uint64",
     "ClassBelief": "obstacle:string safe:double movable:double fragile:double",
     "Belief": "obstacles:*ClassBelief",
     "ContactForce": "obstacle:string counterpart:string force_n:foxglove.Vector3 "

@@ -126,7 +126,9 @@ class _Page:
         self._way = self._add_way()
         self._meshes = [self._mesh(o) for o in scene.obstacles]
         north_west = (west, north + 0.15, 0.3)
-        self._text = self._scene.add_label("/text", "", position=north_west)
+        self._text = self._scene.add_label(
+            "/text", "", position=north_west, anchor="bottom-left"
+        )
 
     def _geoms(self, body: str) -> list[int]:
         """Return the visible geoms of a body."""
@@ -153,7 +155,7 @@ class _Page:
             handle.wxyz = self._data.xquat[body]
         for handle, colour in zip(self._meshes, self._paint.colours(step), strict=True):
             handle.color = tuple((255.0 * colour).astype(int).tolist())
-        self._text.text = " | ".join(filter(None, describe(self._trace, step)))
+        self._text.text = "\n".join(filter(None, describe(self._trace, step)))
         if step in self._way:
             self._way[step].visible = True
         self._draw_path(step)

@@ -14,6 +14,7 @@ import numpy as np
 
 from beacon_mj import shapes
 from beacon_mj.constants import CLASSES
+from beacon_mj.errors import LogError
 from beacon_mj.geometry import Array
 from beacon_mj.recording.reader import Log, read_log
 from beacon_mj.recording.rebuild import rebuild_trace
@@ -34,12 +35,15 @@ def plot_panel(log_path: str | Path, out: str | Path) -> Path:
     """Write the drawing of a log as an SVG file, whole or not at all.
 
     Raises:
-        LogError: If the log cannot be read.
+        LogError: If the log cannot be read, or `out` has another ending than `.svg`.
     """
+    out = Path(out)
+    if out.suffix.lower() != ".svg":
+        raise LogError(f"{out}: expected a name that ends in .svg: it is a drawing.")
     text = panel_svg(read_log(log_path))
-    with replacing(Path(out)) as part:
+    with replacing(out) as part:
         part.write_text(text, encoding="utf-8")
-    return Path(out)
+    return out
 
 
 def panel_svg(log: Log) -> str:
@@ -166,10 +170,16 @@ def _legend(log: Log, trace: Trace) -> Iterator[str]:
     y = -south + MARGIN_M + 0.05
     x = west
     for colour, text in _legend_entries(log):
-        yield (
-            f'<rect x="{x:.2f}" y="{y - 0.1:.2f}" width="0.12" height="0.12" '
-            f'fill="{colour}"/>'
-        )
+        if text.startswith("push"):  # A ring, as in the drawing.
+            yield (
+                f'<circle cx="{x + 0.06:.2f}" cy="{y - 0.04:.2f}" r="0.05" '
+                f'fill="none" stroke="{colour}" stroke-width="0.03"/>'
+            )
+        else:
+            yield (
+                f'<rect x="{x:.2f}" y="{y - 0.1:.2f}" width="0.12" height="0.12" '
+                f'fill="{colour}"/>'
+            )
         yield f'<text x="{x + 0.17:.2f}" y="{y:.2f}">{text}</text>'
         x += 0.3 + 0.072 * len(text)
 
