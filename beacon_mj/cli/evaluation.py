@@ -20,6 +20,7 @@ from beacon_mj.eval.run_folder import RunFolder, free_name, load_config
 from beacon_mj.eval.runner import plan, run_jobs
 from beacon_mj.eval.shards import parse_shard, share
 from beacon_mj.eval.summary import summarize
+from beacon_mj.eval.versions import versions
 
 EPISODES = 100  #: Scenes per family unless the user says otherwise.
 
@@ -65,9 +66,7 @@ def run_evaluation(
     if resume and out is not None and not request.planner:
         config = load_config(out)
         hashes, refs = cfg.scene_refs(config)
-        config = msgspec.structs.replace(
-            config, families=hashes, versions=dict(cfg.versions())
-        )
+        config = msgspec.structs.replace(config, families=hashes, versions=versions())
     else:
         config, refs = _configured(request)
     folder = RunFolder(out or free_name(_stem(config)))
@@ -121,7 +120,7 @@ def _configured(request: Request) -> tuple[RunConfig, list[SceneRef]]:
         templates=None if templates is None else str(templates.resolve()),
         protocol=protocol,
         log=request.log,
-        versions=dict(cfg.versions()),
+        versions=versions(),
         shard=shard,
     )
     return config, share(refs, shard)
