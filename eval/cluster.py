@@ -110,6 +110,8 @@ def _client(address: str) -> Any:
         ) from error
     make: Any = distributed.Client  # Its constructor has no annotations.
     try:
+        # A client of an address that is none would hang when the process ends.
+        distributed.comm.get_address_host_port(address)
         client = make(address, timeout=CONNECT_S, set_as_default=False)
     except (OSError, ValueError) as error:
         raise RunError(

@@ -70,7 +70,10 @@ def evaluate(
     """
     # Only now: help must not wait for MuJoCo and numba.
     from beacon_mj.cli.evaluation import Request, run_evaluation
+    from beacon_mj.errors import RunError
 
+    if cluster is not None and workers is not None:
+        raise RunError("--workers: expected none with --cluster, which has its own.")
     request = Request(
         planner=planner,
         settings=settings,

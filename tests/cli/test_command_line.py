@@ -85,6 +85,7 @@ def evaluated(*arguments: str) -> int:
         ("eval --planner bug1 --out /proc/nowhere", "/proc/nowhere: cannot be written"),
         ("eval --planner bug1 --resume", "--resume: expected --out"),
         ("eval --resume --out nowhere", "nowhere: expected a run folder"),
+        ("eval --planner bug1 --cluster a:1 --workers 2", "--workers: expected none"),
         ("eval --planer beacon", "Did you mean --planner"),
         ("eval --resume --out x --seed 4", "--seed: expected no other options"),
         ("eval --resume --out x --set a.b=1", "--set: expected no other options"),
