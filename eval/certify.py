@@ -10,10 +10,10 @@ from beacon_mj.eval.config import (
     SceneRef,
     planner_entries,
     stored_scenes,
-    versions,
 )
 from beacon_mj.eval.row import Row
 from beacon_mj.eval.runner import plan, run_jobs
+from beacon_mj.eval.versions import versions
 from beacon_mj.scene_files import load_scene
 
 ORACLE = "clairvoyant"
@@ -44,7 +44,7 @@ def certification(
         templates=None,
         protocol=protocol,
         log="none",
-        versions=dict(versions()),
+        versions=versions(),
     )
     return config, refs
 

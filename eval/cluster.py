@@ -20,10 +20,11 @@ from typing import Any
 import msgspec
 
 from beacon_mj.errors import RunError
-from beacon_mj.eval.config import PlannerEntry, RunConfig, load_ref, versions
+from beacon_mj.eval.config import PlannerEntry, RunConfig, load_ref
 from beacon_mj.eval.jobs import Job, lost_row, run_job
 from beacon_mj.eval.row import Row
 from beacon_mj.eval.runner import AHEAD
+from beacon_mj.eval.versions import versions
 
 CONNECT_S = 10.0  #: Time within which scheduler and first worker must answer [s].
 DIED = "the worker process died while the planner ran"
@@ -81,7 +82,7 @@ def checked_job(config: RunConfig, folder: Path | None, job: Job) -> list[Row]:
 
 @lru_cache(maxsize=1)
 def _versions_here() -> dict[str, str]:
-    return dict(versions())
+    return versions()
 
 
 def _portable(config: RunConfig) -> RunConfig:
@@ -109,6 +110,8 @@ def _client(address: str) -> Any:
         ) from error
     make: Any = distributed.Client  # Its constructor has no annotations.
     try:
+        # A client of an address that is none would hang when the process ends.
+        distributed.comm.get_address_host_port(address)
         client = make(address, timeout=CONNECT_S, set_as_default=False)
     except (OSError, ValueError) as error:
         raise RunError(

@@ -1,29 +1,25 @@
 """What an evaluation runs: everything that is needed to repeat it."""
 
 import hashlib
-import platform
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any, Literal
 
 import msgspec
 
-import beacon_mj
 from beacon_mj.errors import RunError, unknown
+from beacon_mj.eval.scene_cache import cached_scene
 from beacon_mj.eval.settings import Settings, configure, convert, parse_settings
 from beacon_mj.eval.shards import Shard, share
 from beacon_mj.planners.registry import ALIASES, COMPETITORS, load_planner
 from beacon_mj.protocol import Protocol
 from beacon_mj.scene import Profile, Scene
 from beacon_mj.scene_files import load_scene
-from beacon_mj.scene_gen.family import family_paths, load_family
-from beacon_mj.scene_gen.generate import generate_scene
+from beacon_mj.scene_gen.family import family_paths, family_sha256, load_family
 from beacon_mj.scene_gen.perception import perceive
 
 Logging = Literal["all", "failures", "none"]
-PACKAGES = ("mujoco", "numpy", "numba", "scipy", "shapely", "python-fcl")
 
 
 class PlannerEntry(msgspec.Struct, frozen=True, kw_only=True):
@@ -47,8 +43,8 @@ class RunConfig(msgspec.Struct, frozen=True, kw_only=True):
 
     Attributes:
         planners: Who runs, each through every scene.
-        families: SHA-256 of each family's template, by name; of stored scenes, of
-            all their hashes.
+        families: SHA-256 of each family's files, by name; of stored scenes, of all
+            their hashes.
         episodes: Scenes per family; None for all that are stored.
         seed: Seed of scenes, perception and planners.
         perception: Profile; None leaves stored scenes as they are.
@@ -125,18 +121,15 @@ def _protocol(parsed: Settings) -> Protocol:
 def generated_scenes(
     families: Sequence[str], episodes: int, templates: Path | None
 ) -> tuple[dict[str, str], list[SceneRef]]:
-    """Return each family's template hash, and the scenes to generate.
+    """Return the hash of each family's files, and the scenes to generate.
 
     Raises:
         TemplateError: If a family does not exist or its template is no good.
     """
     names = dict.fromkeys(families or family_paths(templates))
-    hashes = {
-        name: hashlib.sha256(
-            load_family(name, templates).source.read_bytes()
-        ).hexdigest()
-        for name in names
-    }
+    for name in names:
+        load_family(name, templates)
+    hashes = {name: family_sha256(name, templates) for name in names}
     return hashes, [SceneRef(n, i) for n in names for i in range(episodes)]
 
 
@@ -190,19 +183,8 @@ def load_ref(config: RunConfig, ref: SceneRef) -> Scene:
     if ref.path is None:
         templates = None if config.templates is None else Path(config.templates)
         profile = config.perception or "noisy"
-        return generate_scene(ref.family, ref.index, config.seed, profile, templates)
+        return cached_scene(ref.family, ref.index, config.seed, profile, templates)
     scene = load_scene(ref.path)
     if config.perception in (None, scene.perception):
         return scene
     return perceive(scene, config.perception, config.seed)
-
-
-def versions() -> Mapping[str, str]:
-    """Return the versions of everything that may change a number."""
-    out = {"beacon-mj": beacon_mj.__version__, "python": platform.python_version()}
-    for package in PACKAGES:
-        try:
-            out[package] = version(package)
-        except PackageNotFoundError:
-            out[package] = "missing"
-    return out | {"machine": f"{platform.system()} {platform.machine()}"}

@@ -27,12 +27,12 @@ from beacon_mj.eval.config import (
     SceneRef,
     generated_scenes,
     planner_entries,
-    versions,
 )
 from beacon_mj.eval.row import Row
 from beacon_mj.eval.runner import plan, run_jobs
 from beacon_mj.eval.statistics import Interval, mean_interval, paired_interval
 from beacon_mj.eval.summary import OVERALL
+from beacon_mj.eval.versions import versions
 from beacon_mj.scene import Profile
 
 ORACLE = "clairvoyant"
@@ -118,7 +118,7 @@ def _base(
         templates=None if templates is None else str(templates.resolve()),
         protocol=protocol,
         log="none",
-        versions=dict(versions()),
+        versions=versions(),
     )
     return config, refs
 

@@ -6,8 +6,6 @@ its pool with it: the jobs that were under way are then run again, one episode a
 in one process, and only an episode that kills its process twice is lost.
 """
 
-import multiprocessing
-import signal
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures.process import BrokenProcessPool
 from functools import partial
@@ -17,6 +15,7 @@ from beacon_mj.eval.config import RunConfig, SceneRef, load_ref
 from beacon_mj.eval.jobs import Job, lost_row, run_job
 from beacon_mj.eval.row import Row
 from beacon_mj.eval.warm_up import compile_kernels
+from beacon_mj.eval.worker import prepare_worker
 
 AHEAD = 2  #: Jobs handed to each worker in advance, so that none waits.
 
@@ -100,7 +99,7 @@ def _parallel(
             return_as="generator_unordered",
             batch_size=1,
             pre_dispatch=AHEAD * workers,
-            initializer=ignore_interrupts,
+            initializer=prepare_worker,
         )
         yield from pool(feed())
 
@@ -117,7 +116,7 @@ def _alone(
 
     pool = None
     for job in (single for each in jobs for single in each.split()):
-        pool = pool or ProcessPoolExecutor(1, initializer=ignore_interrupts)
+        pool = pool or ProcessPoolExecutor(1, initializer=prepare_worker)
         try:
             yield from pool.submit(work, job).result()
         except BrokenProcessPool:
@@ -127,9 +126,3 @@ def _alone(
             yield lost_row(config, scene, job.planners[0], "planner_error", detail)
     if pool is not None:
         pool.shutdown(kill_workers=True)
-
-
-def ignore_interrupts() -> None:
-    """Leave Ctrl-C to the parent, which stops its workers itself."""
-    if multiprocessing.parent_process() is not None:
-        signal.signal(signal.SIGINT, signal.SIG_IGN)

@@ -21,12 +21,12 @@ from beacon_mj.eval.config import (
     SceneRef,
     generated_scenes,
     planner_entries,
-    versions,
 )
 from beacon_mj.eval.row import Row
 from beacon_mj.eval.statistics import Interval, mean_interval
 from beacon_mj.eval.summary import rate
 from beacon_mj.eval.table_one import Grid, Settings, Swept, variant, variant_name
+from beacon_mj.eval.versions import versions
 from beacon_mj.scene import Profile
 
 FIRST_SEED = 1000  #: Seeds of selection splits begin here.
@@ -132,7 +132,7 @@ def _config(
         templates=None,
         protocol=planner_entries([request.planner], request.settings)[1],
         log="none",
-        versions=dict(versions()),
+        versions=versions(),
     )
     return config, refs
 

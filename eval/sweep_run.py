@@ -86,6 +86,7 @@ def run_sweep(request: Request, out: Path, workers: int, stage: Stage) -> Result
     """
     lines, base = swept(request.planner), stages.base_entry(request)
     settings = settings_of(lines, request.grid)
+    stages.select_config(request, settings)  # So that nothing is written if it is bad.
     _claim(request, out)
     found = _select(request, out / "select", settings, workers, stage)
     alone: dict[str, str | None] = dict.fromkeys(line.field for line in lines)

@@ -11,7 +11,7 @@ from beacon_mj.constants import WALL_CLOCK_COLUMNS
 from beacon_mj.errors import BeaconError, LogError, RunError
 from beacon_mj.eval.metrics import measure
 from beacon_mj.eval.run_folder import LINES, TABLE, load_rows
-from beacon_mj.eval.runner import ignore_interrupts
+from beacon_mj.eval.worker import prepare_worker
 from beacon_mj.recording.verify import Verification, verify
 
 Key = tuple[str, str, int]
@@ -88,7 +88,7 @@ def verify_logs(paths: Sequence[Path], workers: int = 1) -> Iterator[Verificatio
             n_jobs=workers,
             return_as="generator_unordered",
             batch_size=1,
-            initializer=ignore_interrupts,
+            initializer=prepare_worker,
         )
         yield from pool(joblib.delayed(verify_log)(*job) for job in jobs)
 

@@ -15,7 +15,7 @@ from beacon_mj.constants import CLASSES
 from beacon_mj.errors import TemplateError, unknown
 from beacon_mj.mjcf_templates import ROOT
 from beacon_mj.scene import Surface
-from beacon_mj.scene_gen.mjcf_reader import element_error, read_mjcf
+from beacon_mj.scene_gen.mjcf_reader import element_error, read_mjcf, template_sha256
 from beacon_mj.scene_gen.prototypes import Prototype, read_prototypes
 
 #: Numbers a family may carry: how many values, least and largest allowed value.
@@ -114,26 +114,33 @@ def load_family(name: str, templates: Path | None = None) -> Family:
     Raises:
         TemplateError: If there is no such family or its file is not a valid one.
     """
+    return read_family(_path(name, templates))
+
+
+def family_sha256(name: str, templates: Path | None = None) -> str:
+    """Return the SHA-256 of all files that make up the family `name`.
+
+    Raises:
+        TemplateError: If there is no such family or a file cannot be read.
+    """
+    return template_sha256(_path(name, templates))
+
+
+def _path(name: str, templates: Path | None) -> Path:
     paths = family_paths(templates)
     if name not in paths:
         raise TemplateError(unknown("family", name, paths))
-    return read_family(paths[name])
+    return paths[name]
 
 
 def read_family(path: Path) -> Family:
     """Read and check one family file. Raises TemplateError, naming file and element."""
-    try:
-        changed_ns = path.stat().st_mtime_ns
-    except OSError as error:
-        raise TemplateError(
-            f"{path}: cannot read the template: {error.strerror}"
-        ) from error
-    return _read_family(path, changed_ns)
+    return _read_family(path, template_sha256(path))
 
 
 @functools.lru_cache(maxsize=64)
-def _read_family(path: Path, changed_ns: int) -> Family:
-    """Read one family file; one that was edited since is read again."""
+def _read_family(path: Path, sha256: str) -> Family:
+    """Read one family; one of which any file was edited since is read again."""
     root = read_mjcf(path)
     texts = {t.name: t.data for t in root.custom.text}
     if "layout" not in texts:

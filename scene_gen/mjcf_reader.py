@@ -1,5 +1,6 @@
 """Reading a template with PyMJCF, without leaving the template folders."""
 
+import hashlib
 import warnings
 import xml.etree.ElementTree as ET
 from pathlib import Path, PurePosixPath
@@ -27,8 +28,7 @@ def read_mjcf(path: Path) -> Any:
         TemplateError: If a file is missing, leaves the template folder, or is no MJCF.
     """
     text = _read(path)
-    folder = path.parent.parent if path.parent.name == "families" else path.parent
-    assets = dict(_files(text, path, folder))
+    assets = dict(_files(text, path, _folder(path)))
     mjcf = _pymjcf()
     try:
         return mjcf.from_xml_string(
@@ -37,6 +37,21 @@ def read_mjcf(path: Path) -> Any:
     except Exception as error:  # PyMJCF raises many kinds; all mean "no valid MJCF".
         lines = str(error).strip().splitlines() or [type(error).__name__]
         raise TemplateError(f"{path}: not valid MJCF: {lines[-1]}") from error
+
+
+def template_sha256(path: Path) -> str:
+    """Return the SHA-256 of a family file and all that it refers to, unparsed.
+
+    Raises:
+        TemplateError: If a file is missing, leaves the template folder, or is no XML.
+    """
+    text = _read(path)
+    parts = [text]
+    for name, content in _files(text, path, _folder(path)):
+        parts += [name.encode(), content]
+    # Of their digests, so that no two lists of parts read the same.
+    digests = b"".join(hashlib.sha256(part).digest() for part in parts)
+    return hashlib.sha256(digests).hexdigest()
 
 
 def _pymjcf() -> Any:
@@ -60,6 +75,11 @@ def _read(path: Path) -> bytes:
         raise TemplateError(
             f"{path}: cannot read the template: {error.strerror}"
         ) from error
+
+
+def _folder(path: Path) -> Path:
+    """Return the template folder that a family file belongs to."""
+    return path.parent.parent if path.parent.name == "families" else path.parent
 
 
 def _files(

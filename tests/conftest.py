@@ -7,6 +7,9 @@ from hypothesis import settings
 
 from tests.worlds import FAMILIES
 
+# Tests neither read nor fill the user's cache of scenes.
+os.environ["BEACON_MJ_CACHE"] = "off"
+
 # Compiling a kernel on its first call takes longer than hypothesis allows.
 settings.register_profile("beacon", deadline=None, max_examples=60)
 # With CI set the examples are the same in every run: a failure is about the change.

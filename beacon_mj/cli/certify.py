@@ -8,9 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
-from cyclopts.validators import Number
 
-from beacon_mj.cli import FAILED
+from beacon_mj.cli import FAILED, options
 
 if TYPE_CHECKING:
     from beacon_mj.eval.row import Row
@@ -22,21 +21,10 @@ def certify(
     scenes: Path,
     /,
     *,
-    workers: Annotated[
-        int | None,
-        Parameter(
-            validator=Number(gte=1, lte=4096),
-            help="Processes; one per core by default.",
-        ),
-    ] = None,
+    workers: options.Workers = None,
     settings: Annotated[
-        tuple[str, ...],
-        Parameter(
-            name="--set",
-            negative=(),
-            show_default=False,
-            help="clairvoyant.field=value, or protocol.field=value; repeatable.",
-        ),
+        options.Settings,
+        Parameter(help="clairvoyant.field=value, or protocol.field=value; repeatable."),
     ] = (),
 ) -> int:
     """Solve stored scenes in MuJoCo with full knowledge; store in each how it went.

@@ -62,12 +62,14 @@ def fidelity(*checks: str) -> int:
 
 def doctor() -> int:
     """Say which versions are here and what is missing; status 1 if something is."""
-    from beacon_mj.eval.config import versions
+    from beacon_mj.eval.scene_cache import cache_folder
+    from beacon_mj.eval.versions import versions
 
     found = versions()
     for name, version in found.items():
         print(f"{name:12} {version}")
     print(f"{'cores':12} {os.cpu_count()}")
+    print(f"{'cache':12} {cache_folder() or 'off'}")
     missing = [name for name, version in found.items() if version == "missing"]
     working = [backend for backend in LIBRARIES if _renders(backend)]
     print(f"{'rendering':12} {', '.join(working) or 'no backend works'}")

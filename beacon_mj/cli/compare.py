@@ -5,6 +5,8 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+from beacon_mj.cli import options
+
 
 def compare(
     runs: Annotated[tuple[Path, ...], Parameter(negative=())],
@@ -18,12 +20,8 @@ def compare(
         ),
     ] = None,
     common: Annotated[
-        bool,
-        Parameter(
-            negative=(),
-            show_default=False,
-            help="Compare on the scenes that both have, instead of refusing.",
-        ),
+        options.Flag,
+        Parameter(help="Compare on the scenes that both have, instead of refusing."),
     ] = False,
     fail_if: Annotated[
         tuple[str, ...],
@@ -34,12 +32,7 @@ def compare(
             "'path_length_m.low > 0' or 'sparse/energy_j:all > 5'; repeatable.",
         ),
     ] = (),
-    json: Annotated[
-        bool,
-        Parameter(
-            negative=(), show_default=False, help="Print everything as JSON on stdout."
-        ),
-    ] = False,
+    json: options.Json = False,
 ) -> int:
     """Compare planners or runs scene by scene: paired differences with intervals.
 

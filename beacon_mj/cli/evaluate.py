@@ -5,7 +5,6 @@ from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
-from cyclopts.validators import Number
 
 from beacon_mj.cli import options
 
@@ -21,23 +20,11 @@ def evaluate(
             "paper, or path/to/file.py:Class; repeatable.",
         ),
     ] = (),
-    settings: Annotated[
-        tuple[str, ...],
-        Parameter(
-            name="--set",
-            negative=(),
-            show_default=False,
-            help="planner.field=value, or protocol.field=value; repeatable.",
-        ),
-    ] = (),
+    settings: options.Settings = (),
     family: options.Family = (),
     episodes: Annotated[
-        int | None,
-        Parameter(
-            converter=options.whole,
-            validator=Number(gte=1, lte=10**6),
-            help="Scenes per family; 100 by default, or all that are stored.",
-        ),
+        options.Count | None,
+        Parameter(help="Scenes per family; 100 by default, or all that are stored."),
     ] = None,
     seed: options.Seed = 0,
     perception: options.Perception = None,
@@ -45,14 +32,7 @@ def evaluate(
         Path | None, Parameter(help="Folder of stored scenes to use.")
     ] = None,
     templates: options.Templates = None,
-    workers: Annotated[
-        int | None,
-        Parameter(
-            converter=options.whole,
-            validator=Number(gte=1, lte=4096),
-            help="Processes; one per core by default.",
-        ),
-    ] = None,
+    workers: options.Workers = None,
     cluster: Annotated[
         str | None,
         Parameter(
@@ -76,21 +56,12 @@ def evaluate(
         ),
     ] = "all",
     resume: Annotated[
-        bool,
+        options.Flag,
         Parameter(
-            negative=(),
-            show_default=False,
-            help="Go on with the run in --out; without --planner, with its options.",
+            help="Go on with the run in --out; without --planner, with its options."
         ),
     ] = False,
-    json: Annotated[
-        bool,
-        Parameter(
-            negative=(),
-            show_default=False,
-            help="Print the summary as JSON on stdout.",
-        ),
-    ] = False,
+    json: options.Json = False,
 ) -> int:
     """Run planners through scenes: every planner crosses every scene.
 
@@ -99,7 +70,10 @@ def evaluate(
     """
     # Only now: help must not wait for MuJoCo and numba.
     from beacon_mj.cli.evaluation import Request, run_evaluation
+    from beacon_mj.errors import RunError
 
+    if cluster is not None and workers is not None:
+        raise RunError("--workers: expected none with --cluster, which has its own.")
     request = Request(
         planner=planner,
         settings=settings,

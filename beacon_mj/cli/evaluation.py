@@ -2,7 +2,7 @@
 
 import sys
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 
 import msgspec
@@ -20,6 +20,7 @@ from beacon_mj.eval.run_folder import RunFolder, free_name, load_config
 from beacon_mj.eval.runner import plan, run_jobs
 from beacon_mj.eval.shards import parse_shard, share
 from beacon_mj.eval.summary import summarize
+from beacon_mj.eval.versions import versions
 
 EPISODES = 100  #: Scenes per family unless the user says otherwise.
 
@@ -28,15 +29,15 @@ EPISODES = 100  #: Scenes per family unless the user says otherwise.
 class Request:
     """The options that decide a run's results, as the user gave them."""
 
-    planner: tuple[str, ...]
-    settings: tuple[str, ...]
-    family: tuple[str, ...]
-    episodes: int | None
-    seed: int
-    perception: options.Profile | None
-    scenes: Path | None
-    templates: Path | None
-    log: options.Log
+    planner: tuple[str, ...] = ()
+    settings: tuple[str, ...] = ()
+    family: tuple[str, ...] = ()
+    episodes: int | None = None
+    seed: int = 0
+    perception: options.Profile | None = None
+    scenes: Path | None = None
+    templates: Path | None = None
+    log: options.Log = "all"
     shard: str | None = None
 
 
@@ -63,11 +64,10 @@ def run_evaluation(
     if resume and out is None:
         raise RunError("--resume: expected --out DIR with the run to go on with.")
     if resume and out is not None and not request.planner:
+        _check_bare(request)
         config = load_config(out)
         hashes, refs = cfg.scene_refs(config)
-        config = msgspec.structs.replace(
-            config, families=hashes, versions=dict(cfg.versions())
-        )
+        config = msgspec.structs.replace(config, families=hashes, versions=versions())
     else:
         config, refs = _configured(request)
     folder = RunFolder(out or free_name(_stem(config)))
@@ -96,6 +96,17 @@ def run_evaluation(
     return 0
 
 
+def _check_bare(request: Request) -> None:
+    """Raise if a run that goes on with its own options was given others."""
+    for field in fields(Request):
+        if getattr(request, field.name) != field.default:
+            name = "set" if field.name == "settings" else field.name
+            raise RunError(
+                f"--{name}: expected no other options with --resume unless --planner "
+                "is given too; without it a run goes on with its own."
+            )
+
+
 def _configured(request: Request) -> tuple[RunConfig, list[SceneRef]]:
     """Return the checked configuration of a new run, and its scenes."""
     scenes, templates = request.scenes, request.templates
@@ -121,7 +132,7 @@ def _configured(request: Request) -> tuple[RunConfig, list[SceneRef]]:
         templates=None if templates is None else str(templates.resolve()),
         protocol=protocol,
         log=request.log,
-        versions=dict(cfg.versions()),
+        versions=versions(),
         shard=shard,
     )
     return config, share(refs, shard)

@@ -61,3 +61,22 @@ Templates = Annotated[
     Path | None, Parameter(help="Folder of your own family templates.")
 ]
 Count = Annotated[int, Parameter(converter=whole, validator=Number(gte=1, lte=10**6))]
+Settings = Annotated[
+    tuple[str, ...],
+    Parameter(
+        name="--set",
+        negative=(),
+        show_default=False,
+        help="planner.field=value, or protocol.field=value; repeatable.",
+    ),
+]
+Workers = Annotated[
+    int | None,
+    Parameter(
+        converter=whole,
+        validator=Number(gte=1, lte=4096),
+        help="Processes; one per core by default.",
+    ),
+]
+Flag = Annotated[bool, Parameter(negative=(), show_default=False)]
+Json = Annotated[Flag, Parameter(help="Print the result as JSON on stdout.")]

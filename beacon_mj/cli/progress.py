@@ -85,7 +85,11 @@ def _bar(tally: Tally) -> Iterator[Update]:
     )
     with Progress(*columns, console=Console(stderr=True)) as bar:
         task = bar.add_task(
-            "", total=tally.total, completed=tally.done, success="-", left="-"
+            "",
+            total=tally.total,
+            completed=tally.done,
+            success=tally.success,
+            left=tally.left,
         )
 
         def update(rows: Sequence[Row]) -> None:

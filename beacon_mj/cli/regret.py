@@ -6,7 +6,6 @@ import os
 from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
-from cyclopts.validators import Number
 
 from beacon_mj.cli import options
 
@@ -24,33 +23,14 @@ LEGEND = (
 def regret(
     *,
     planner: Annotated[str, Parameter(help="Whose regret.")],
-    settings: Annotated[
-        tuple[str, ...],
-        Parameter(
-            name="--set",
-            negative=(),
-            show_default=False,
-            help="planner.field=value, or protocol.field=value; repeatable.",
-        ),
-    ] = (),
+    settings: options.Settings = (),
     family: options.Family = (),
     episodes: Annotated[options.Count, Parameter(help="Scenes per family.")] = 100,
     seed: options.Seed = 0,
     perception: options.Perception = None,
     templates: options.Templates = None,
-    workers: Annotated[
-        int | None,
-        Parameter(
-            validator=Number(gte=1, lte=4096),
-            help="Processes; one per core by default.",
-        ),
-    ] = None,
-    json: Annotated[
-        bool,
-        Parameter(
-            negative=(), show_default=False, help="Print the table as JSON on stdout."
-        ),
-    ] = False,
+    workers: options.Workers = None,
+    json: options.Json = False,
 ) -> None:
     """Compare a planner with the clairvoyant, and say what the difference is paid for.
 

@@ -5,7 +5,6 @@ from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
-from cyclopts.validators import Number
 
 from beacon_mj.cli import options
 from beacon_mj.errors import RunError
@@ -23,43 +22,31 @@ def replay(
         Path | None, Parameter(help="Write a 3-D replay as one page, such as out.html.")
     ] = None,
     view: Annotated[
-        bool,
+        options.Flag,
         Parameter(
-            negative=(),
-            show_default=False,
             help="Open MuJoCo's viewer on it: space pauses, arrows go step by step.",
         ),
     ] = False,
     verify: Annotated[
-        bool,
+        options.Flag,
         Parameter(
-            negative=(),
-            show_default=False,
             help="Simulate the episode again; status 1 unless every state, the result "
             "and the row of its run are the same.",
         ),
     ] = False,
     metrics: Annotated[
-        bool,
+        options.Flag,
         Parameter(
-            negative=(),
-            show_default=False,
             help="Print the episode's row, from the log alone.",
         ),
     ] = False,
     json: Annotated[
-        bool,
-        Parameter(
-            negative=(), show_default=False, help="With --metrics, the row as JSON."
-        ),
+        options.Flag,
+        Parameter(help="With --metrics, the row as JSON."),
     ] = False,
     workers: Annotated[
-        int | None,
-        Parameter(
-            converter=options.whole,
-            validator=Number(gte=1, lte=4096),
-            help="Processes that verify a folder; one per core by default.",
-        ),
+        options.Workers,
+        Parameter(help="Processes that verify a folder; one per core by default."),
     ] = None,
 ) -> int:
     """Look at an episode's log, verify it, or measure it.

@@ -22,12 +22,8 @@ def generate(
     perception: options.Perception = None,
     templates: options.Templates = None,
     certify: Annotated[
-        bool,
-        Parameter(
-            negative=(),
-            show_default=False,
-            help="Then solve each in MuJoCo, as `beacon-mj certify` does.",
-        ),
+        options.Flag,
+        Parameter(help="Then solve each in MuJoCo, as `beacon-mj certify` does."),
     ] = False,
 ) -> int:
     """Write certified scenes: scene_0000.json, and its world as scene_0000.xml.

@@ -15,11 +15,8 @@ def sweep(
         str, Parameter(help="Whose parameters: a name, or path/to/file.py:Class.")
     ],
     settings: Annotated[
-        tuple[str, ...],
+        options.Settings,
         Parameter(
-            name="--set",
-            negative=(),
-            show_default=False,
             help="protocol.field=value, or planner.field=value for what is not swept; "
             "repeatable.",
         ),
@@ -51,31 +48,15 @@ def sweep(
         options.Seed, Parameter(help="Seed of the scenes that the report is on.")
     ] = 0,
     perception: options.Perception = None,
-    workers: Annotated[
-        int | None,
-        Parameter(
-            converter=options.whole,
-            validator=Number(gte=1, lte=4096),
-            help="Processes; one per core by default.",
-        ),
-    ] = None,
+    workers: options.Workers = None,
     out: Annotated[
         Path | None, Parameter(help="Folder; by default a new one under runs/.")
     ] = None,
     resume: Annotated[
-        bool,
-        Parameter(
-            negative=(),
-            show_default=False,
-            help="Go on with the sweep in --out; the options are the same.",
-        ),
+        options.Flag,
+        Parameter(help="Go on with the sweep in --out; the options are the same."),
     ] = False,
-    json: Annotated[
-        bool,
-        Parameter(
-            negative=(), show_default=False, help="Print the result as JSON on stdout."
-        ),
-    ] = False,
+    json: options.Json = False,
 ) -> int:
     """Sweep the parameters of Table I: select on one split, report on another.
 

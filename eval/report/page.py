@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import msgspec
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
+from beacon_mj.errors import RunError, unknown
 from beacon_mj.eval.calibration import (
     FIRST,
     PUSHED_FIRST,
@@ -70,6 +71,8 @@ def render_report(
     Raises:
         RunError: If the run has no planner of the baseline's name.
     """
+    if baseline is not None and baseline not in run.planners:
+        raise RunError(f"{run.path}: {unknown('planner', baseline, run.planners)}")
     rows = [row for own in run.planners.values() for row in own]
     tell("tables")
     summary = summarize(rows)

@@ -85,6 +85,17 @@ def evaluated(*arguments: str) -> int:
         ("eval --planner bug1 --out /proc/nowhere", "/proc/nowhere: cannot be written"),
         ("eval --planner bug1 --resume", "--resume: expected --out"),
         ("eval --resume --out nowhere", "nowhere: expected a run folder"),
+        ("eval --planner bug1 --cluster a:1 --workers 2", "--workers: expected none"),
+        ("eval --planer beacon", "Did you mean --planner"),
+        ("eval --resume --out x --seed 4", "--seed: expected no other options"),
+        ("eval --resume --out x --set a.b=1", "--set: expected no other options"),
+        (
+            "sweep --planner beacon --family clutered --out x",
+            "Did you mean 'cluttered'",
+        ),
+        ("sweep --planner beacon --set beacon.x=1 --out x", "field of beacon 'x'"),
+        ("regret --planner bug1 --workers 1.5", "--workers: expected a whole number"),
+        ("certify . --workers 1.5", "--workers: expected a whole number"),
         ("generate", "--out"),
         ("generate --out /proc/nowhere", "/proc/nowhere: cannot be written"),
         ("generate --out x --family sparce", "Did you mean 'sparse'"),
@@ -139,6 +150,15 @@ def test_a_run_and_its_outputs(capsys: pytest.CaptureFixture[str]) -> None:
     assert pl.read_parquet("run/episodes.parquet")["success"].to_list() == [True]
     message = refused(capsys, ["eval", "--planner", "bug1", *SMALL, "--out", "run"])
     assert "Use --resume" in message
+
+
+def test_an_unknown_baseline_of_a_report_is_one_line(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert evaluated("--out", "run", "--set", "protocol.max_steps=3") == 0
+    capsys.readouterr()
+    message = refused(capsys, ["report", "run", "--baseline", "pushthrough"])
+    assert "Did you mean 'push-through'" in message
 
 
 def test_runs_without_a_name_get_one_each() -> None:

@@ -14,11 +14,11 @@ from beacon_mj.eval.config import (
     planner_entries,
     scene_refs,
     stored_scenes,
-    versions,
 )
 from beacon_mj.eval.jobs import planner_seed
 from beacon_mj.eval.row import Row
 from beacon_mj.eval.runner import plan, run_jobs
+from beacon_mj.eval.versions import versions
 from beacon_mj.scene_gen.generate import generate_scene
 
 HOSTILE = Path(__file__).with_name("hostile.py")
@@ -42,7 +42,7 @@ def configured(
         templates=None,
         protocol=protocol,
         log="none",
-        versions=dict(versions()),
+        versions=versions(),
     )
     return config, refs
 

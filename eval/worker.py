@@ -1,0 +1,32 @@
+"""What a worker process does first."""
+
+import multiprocessing
+import os
+import signal
+import threading
+import time
+from multiprocessing.process import BaseProcess
+
+PARENT_S = 1.0  #: Time between two looks at whether the parent still lives [s].
+
+
+def prepare_worker() -> None:
+    """Leave Ctrl-C to the parent, which stops its workers itself, and end with it."""
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
+
+
+def _end_with(parent: BaseProcess) -> None:
+    """End this process, whatever it is doing, once the parent has.
+
+    A parent that is killed cannot tell its workers. Linux's PR_SET_PDEATHSIG would, but
+    means the thread that started the worker, which may well end before the parent.
+    """
+    if os.name == "nt":  # There the id of the parent stays when the parent is gone.
+        parent.join()
+        os._exit(1)
+    while os.getppid() == parent.pid:
+        time.sleep(PARENT_S)
+    os._exit(1)
