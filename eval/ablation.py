@@ -21,7 +21,6 @@ from beacon_mj.eval.config import (
     SceneRef,
     generated_scenes,
     planner_entries,
-    versions,
 )
 from beacon_mj.eval.row import Row
 from beacon_mj.eval.stage import Stage, run_stage
@@ -34,6 +33,7 @@ from beacon_mj.eval.statistics import (
 )
 from beacon_mj.eval.summary import OVERALL, summarize
 from beacon_mj.eval.table_one import variant
+from beacon_mj.eval.versions import versions
 from beacon_mj.planners.registry import load_planner
 from beacon_mj.scene import Profile
 

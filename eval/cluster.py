@@ -108,11 +108,11 @@ def _client(address: str) -> Any:
             "--cluster: expected dask and distributed, which the extra has: "
             "pip install 'beacon-mj[cluster]'."
         ) from error
-    make: Any = distributed.Client  # Its constructor has no annotations.
+    untyped: Any = distributed
     try:
         # A client of an address that is none would hang when the process ends.
-        distributed.comm.get_address_host_port(address)
-        client = make(address, timeout=CONNECT_S, set_as_default=False)
+        untyped.comm.get_address_host_port(address)
+        client = untyped.Client(address, timeout=CONNECT_S, set_as_default=False)
     except (OSError, ValueError) as error:
         raise RunError(
             f"--cluster {address}: expected a dask scheduler, such as "

@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
-from cyclopts.validators import Number
 
 from beacon_mj.cli import options
 
@@ -35,14 +34,7 @@ def ablate(
     episodes: Annotated[options.Count, Parameter(help="Scenes per family.")] = 100,
     seed: options.Seed = 0,
     templates: options.Templates = None,
-    workers: Annotated[
-        int | None,
-        Parameter(
-            converter=options.whole,
-            validator=Number(gte=1, lte=4096),
-            help="Processes; one per core by default.",
-        ),
-    ] = None,
+    workers: options.Workers = None,
     out: Annotated[
         Path | None,
         Parameter(
@@ -50,12 +42,7 @@ def ablate(
             "options is gone on with."
         ),
     ] = None,
-    json: Annotated[
-        bool,
-        Parameter(
-            negative=(), show_default=False, help="Print the table as JSON on stdout."
-        ),
-    ] = False,
+    json: options.Json = False,
 ) -> None:
     """Switch off a planner's parts one at a time, and change what it perceives.
 

@@ -33,15 +33,6 @@ Family = Annotated[
         help="Scene family; repeatable. All of them by default.",
     ),
 ]
-Settings = Annotated[
-    tuple[str, ...],
-    Parameter(
-        name="--set",
-        negative=(),
-        show_default=False,
-        help="planner.field=value, or protocol.field=value; repeatable.",
-    ),
-]
 Seed = Annotated[
     int,
     Parameter(

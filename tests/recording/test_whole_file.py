@@ -52,7 +52,8 @@ def test_every_message_is_indexed_where_it_stands(damage: Sample) -> None:
     """Foxglove sees only what the index of messages names."""
     with damage.path.open("rb") as file:
         records = list(StreamReader(file, emit_chunks=True).records)
-    chunk, entries, expected = None, set(), set()
+    chunk = None
+    entries, expected = set[tuple[int, ...]](), set[tuple[int, ...]]()
     for record in [*records, None]:
         if isinstance(record, MessageIndex):
             entries |= {(record.channel_id, *entry) for entry in record.records}
