@@ -53,7 +53,7 @@ def test_every_message_is_indexed_where_it_stands(damage: Sample) -> None:
     with damage.path.open("rb") as file:
         records = list(StreamReader(file, emit_chunks=True).records)
     chunk = None
-    entries, expected = set[tuple[int, ...]](), set[tuple[int, ...]]()
+    entries, expected = set[tuple[int, int, int]](), set[tuple[int, int, int]]()
     for record in [*records, None]:
         if isinstance(record, MessageIndex):
             entries |= {(record.channel_id, *entry) for entry in record.records}
