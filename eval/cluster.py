@@ -103,6 +103,7 @@ def _client(address: str) -> Any:
     """Return a client of the scheduler that has at least one worker."""
     try:
         import distributed
+        from distributed.comm.addressing import get_address_host_port
     except ImportError as error:
         raise RunError(
             "--cluster: expected dask and distributed, which the extra has: "
@@ -111,7 +112,7 @@ def _client(address: str) -> Any:
     make: Any = distributed.Client  # Its constructor has no annotations.
     try:
         # A client of an address that is none would hang when the process ends.
-        distributed.comm.get_address_host_port(address)
+        get_address_host_port(address)
         client = make(address, timeout=CONNECT_S, set_as_default=False)
     except (OSError, ValueError) as error:
         raise RunError(
