@@ -103,16 +103,17 @@ def _client(address: str) -> Any:
     """Return a client of the scheduler that has at least one worker."""
     try:
         import distributed
+        from distributed.comm.addressing import get_address_host_port
     except ImportError as error:
         raise RunError(
             "--cluster: expected dask and distributed, which the extra has: "
             "pip install 'beacon-mj[cluster]'."
         ) from error
-    untyped: Any = distributed
+    make: Any = distributed.Client  # Its constructor has no annotations.
     try:
         # A client of an address that is none would hang when the process ends.
-        untyped.comm.get_address_host_port(address)
-        client = untyped.Client(address, timeout=CONNECT_S, set_as_default=False)
+        get_address_host_port(address)
+        client = make(address, timeout=CONNECT_S, set_as_default=False)
     except (OSError, ValueError) as error:
         raise RunError(
             f"--cluster {address}: expected a dask scheduler, such as "
