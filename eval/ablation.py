@@ -14,16 +14,18 @@ from pathlib import Path
 
 import msgspec
 
-from beacon_mj.errors import RunError
 from beacon_mj.eval.config import (
     PlannerEntry,
     RunConfig,
     SceneRef,
-    generated_scenes,
-    planner_entries,
+)
+from beacon_mj.eval.experiment import (
+    Stage,
+    experiment,
+    run_stage,
+    single_planner,
 )
 from beacon_mj.eval.row import Row
-from beacon_mj.eval.stage import Stage, run_stage
 from beacon_mj.eval.statistics import (
     Interval,
     mean_interval,
@@ -33,7 +35,6 @@ from beacon_mj.eval.statistics import (
 )
 from beacon_mj.eval.summary import OVERALL, summarize
 from beacon_mj.eval.table_one import variant
-from beacon_mj.eval.versions import versions
 from beacon_mj.planners.registry import load_planner
 from beacon_mj.scene import Profile
 
@@ -106,21 +107,15 @@ def ablation_runs(
     Raises:
         BeaconError: If an option is no good, or several planners are named.
     """
-    entries, protocol = planner_entries([planner], settings)
-    if len(entries) != 1:
-        raise RunError(f"Expected one planner but it was {planner}.")
-    hashes, refs = generated_scenes(families, episodes, templates)
-    base = RunConfig(
-        planners=_variants(entries[0]),
-        families=hashes,
+    whole, protocol = single_planner(planner, settings)
+    base, refs = experiment(
+        _variants(whole),
+        protocol,
+        families=families,
         episodes=episodes,
         seed=seed,
         perception="noisy",
-        scenes=None,
-        templates=None if templates is None else str(templates.resolve()),
-        protocol=protocol,
-        log="none",
-        versions=dict(versions()),
+        templates=templates,
     )
     return {name: _in(base, each) for name, each in SITUATIONS.items()}, refs
 

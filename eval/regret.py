@@ -25,14 +25,13 @@ from beacon_mj.errors import RunError
 from beacon_mj.eval.config import (
     RunConfig,
     SceneRef,
-    generated_scenes,
     planner_entries,
 )
+from beacon_mj.eval.experiment import experiment, single_planner
 from beacon_mj.eval.row import Row
 from beacon_mj.eval.runner import plan, run_jobs
 from beacon_mj.eval.statistics import Interval, mean_interval, paired_interval
 from beacon_mj.eval.summary import OVERALL
-from beacon_mj.eval.versions import versions
 from beacon_mj.scene import Profile
 
 ORACLE = "clairvoyant"
@@ -82,7 +81,18 @@ def regret_runs(
     Raises:
         BeaconError: If an option is no good, or the planner is the clairvoyant.
     """
-    base, refs = _base(planner, settings, families, episodes, seed, templates)
+    entry, protocol = single_planner(planner, settings)
+    if entry.name == ORACLE:
+        raise RunError(f"Expected one planner other than {ORACLE} but it was that.")
+    base, refs = experiment(
+        [entry],
+        protocol,
+        families=families,
+        episodes=episodes,
+        seed=seed,
+        perception="truth",
+        templates=templates,
+    )
     replace = msgspec.structs.replace
     everything = replace(base.protocol, sensing_radius_m=EVERYTHING_M)
     oracle = replace(base, planners=planner_entries([ORACLE], ())[0])
@@ -92,35 +102,6 @@ def regret_runs(
         "near": base,
         "uncertain": replace(base, perception=perception),
     }, refs
-
-
-def _base(
-    planner: str,
-    settings: Sequence[str],
-    families: Sequence[str],
-    episodes: int,
-    seed: int,
-    templates: Path | None,
-) -> tuple[RunConfig, list[SceneRef]]:
-    entries, protocol = planner_entries([planner], settings)
-    if len(entries) != 1 or entries[0].name == ORACLE:
-        raise RunError(
-            f"Expected one planner other than {ORACLE} but it was {planner}."
-        )
-    hashes, refs = generated_scenes(families, episodes, templates)
-    config = RunConfig(
-        planners=entries,
-        families=hashes,
-        episodes=episodes,
-        seed=seed,
-        perception="truth",
-        scenes=None,
-        templates=None if templates is None else str(templates.resolve()),
-        protocol=protocol,
-        log="none",
-        versions=versions(),
-    )
-    return config, refs
 
 
 def run_regret(

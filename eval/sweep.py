@@ -19,14 +19,13 @@ from beacon_mj.eval.config import (
     PlannerEntry,
     RunConfig,
     SceneRef,
-    generated_scenes,
     planner_entries,
 )
+from beacon_mj.eval.experiment import experiment, single_planner
 from beacon_mj.eval.row import Row
 from beacon_mj.eval.statistics import Interval, mean_interval
 from beacon_mj.eval.summary import rate
 from beacon_mj.eval.table_one import Grid, Settings, Swept, variant, variant_name
-from beacon_mj.eval.versions import versions
 from beacon_mj.scene import Profile
 
 FIRST_SEED = 1000  #: Seeds of selection splits begin here.
@@ -95,10 +94,7 @@ class Score(msgspec.Struct, frozen=True, kw_only=True):
 
 def base_entry(request: Request) -> PlannerEntry:
     """Return the swept planner. Raises BeaconError if an option is no good."""
-    entries, _ = planner_entries([request.planner], request.settings)
-    if len(entries) != 1:
-        raise RunError(f"Expected one planner but it was {request.planner}.")
-    return entries[0]
+    return single_planner(request.planner, request.settings)[0]
 
 
 def select_config(
@@ -121,20 +117,14 @@ def report_config(request: Request, best: Settings) -> tuple[RunConfig, list[Sce
 def _config(
     request: Request, entries: tuple[PlannerEntry, ...], seed: int
 ) -> tuple[RunConfig, list[SceneRef]]:
-    hashes, refs = generated_scenes(request.families, request.episodes, None)
-    config = RunConfig(
-        planners=entries,
-        families=hashes,
+    return experiment(
+        entries,
+        single_planner(request.planner, request.settings)[1],
+        families=request.families,
         episodes=request.episodes,
         seed=seed,
         perception=request.perception,
-        scenes=None,
-        templates=None,
-        protocol=planner_entries([request.planner], request.settings)[1],
-        log="none",
-        versions=versions(),
     )
-    return config, refs
 
 
 def score(rows: Sequence[Row], settings: Settings) -> Score:

@@ -8,8 +8,8 @@ import msgspec
 
 from beacon_mj.errors import RunError
 from beacon_mj.eval import sweep as stages
+from beacon_mj.eval.experiment import Stage, run_stage
 from beacon_mj.eval.row import Row
-from beacon_mj.eval.stage import Stage, run_stage
 from beacon_mj.eval.statistics import mcnemar, paired_interval
 from beacon_mj.eval.summary import summarize
 from beacon_mj.eval.sweep import Request, Score, Span

@@ -1,21 +1,76 @@
-"""One stage of an experiment: a run folder of its own, which can be gone on with."""
+"""Runs on generated scenes that leave no logs: of sweeps, ablations and regrets."""
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
 
-from beacon_mj.eval.config import RunConfig, SceneRef
+from beacon_mj.errors import RunError
+from beacon_mj.eval.config import (
+    PlannerEntry,
+    RunConfig,
+    SceneRef,
+    generated_scenes,
+    planner_entries,
+)
 from beacon_mj.eval.jobs import Job
 from beacon_mj.eval.row import Row
 from beacon_mj.eval.run_folder import RunFolder
 from beacon_mj.eval.runner import plan, run_jobs
+from beacon_mj.eval.versions import versions
+from beacon_mj.protocol import Protocol
+from beacon_mj.scene import Profile
 
 CHUNK = 16  #: Configurations that cross a scene in one job.
 
 Update = Callable[[Sequence[Row]], None]
 #: Opens a stage's progress, by its name and number of episodes.
 Stage = Callable[[str, int], AbstractContextManager[Update]]
+
+
+def single_planner(
+    planner: str, settings: Sequence[str]
+) -> tuple[PlannerEntry, Protocol]:
+    """Return the one planner that is meant, and the protocol.
+
+    Raises:
+        BeaconError: If an option is no good, or several planners are named.
+    """
+    entries, protocol = planner_entries([planner], settings)
+    if len(entries) != 1:
+        raise RunError(f"Expected one planner but it was {planner}.")
+    return entries[0], protocol
+
+
+def experiment(
+    entries: Sequence[PlannerEntry],
+    protocol: Protocol,
+    *,
+    families: Sequence[str],
+    episodes: int,
+    seed: int,
+    perception: Profile,
+    templates: Path | None = None,
+) -> tuple[RunConfig, list[SceneRef]]:
+    """Return a run on generated scenes that leaves no logs, and its scenes.
+
+    Raises:
+        TemplateError: If a family does not exist or its template is no good.
+    """
+    hashes, refs = generated_scenes(families, episodes, templates)
+    config = RunConfig(
+        planners=tuple(entries),
+        families=hashes,
+        episodes=episodes,
+        seed=seed,
+        perception=perception,
+        scenes=None,
+        templates=None if templates is None else str(templates.resolve()),
+        protocol=protocol,
+        log="none",
+        versions=versions(),
+    )
+    return config, refs
 
 
 def run_stage(
