@@ -123,6 +123,7 @@ def test_attachments_unpack_with_gzip(sample: Sample) -> None:
         (b"no gzip", "damaged"),
         (gzip.compress(b""), "empty"),
     ],
+    ids=["too large", "no gzip", "empty"],
 )
 def test_hostile_attachment_is_refused(
     sample: Sample, tmp_path: Path, data: bytes, message: str
