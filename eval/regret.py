@@ -83,7 +83,9 @@ def regret_runs(
     """
     entry, protocol = single_planner(planner, settings)
     if entry.name == ORACLE:
-        raise RunError(f"Expected one planner other than {ORACLE} but it was that.")
+        raise RunError(
+            f"Expected another planner than {ORACLE}, which it is compared with."
+        )
     base, refs = experiment(
         [entry],
         protocol,
