@@ -84,7 +84,7 @@ def regret_runs(
     entry, protocol = single_planner(planner, settings)
     if entry.name == ORACLE:
         raise RunError(
-            f"Expected another planner than {ORACLE}, which it is compared with."
+            f"Expected a planner other than {ORACLE}: that is the comparison."
         )
     base, refs = experiment(
         [entry],
