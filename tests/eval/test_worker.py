@@ -26,10 +26,9 @@ def within(seconds: float, met: Callable[[], bool]) -> bool:
 
 
 def group(leader: int) -> list[str]:
-    """Return the commands of all live processes in a process group."""
-    listed = subprocess.run(
-        ["ps", "-eo", "pgid=,stat=,args="], capture_output=True, text=True, check=True
-    )
+    """Return the commands, uncut, of all live processes in a process group."""
+    command = ["ps", "-eww", "-o", "pgid=,stat=,args="]
+    listed = subprocess.run(command, capture_output=True, text=True, check=True)
     lines = [line.split(maxsplit=2) for line in listed.stdout.splitlines()]
     return [
         line[2] for line in lines if int(line[0]) == leader and line[1][0] not in "ZX"
@@ -60,3 +59,4 @@ def test_workers_of_a_killed_run_end(planner: str, tmp_path: Path) -> None:
     finally:
         if group(parent.pid):
             os.killpg(parent.pid, signal.SIGKILL)
+        parent.wait()
