@@ -17,7 +17,7 @@ from beacon_mj.planners.objective import (
     push_candidate,
 )
 from beacon_mj.planners.push_candidates import PushPlan
-from beacon_mj.planners.push_limits import SURE, PushLimits, gentle_limits
+from beacon_mj.planners.push_limits import PushLimits, careful_limits
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -182,18 +182,10 @@ class Beacon(ContactPlanner):
 
     def limits(self, observation: Observation, plan: PushPlan) -> PushLimits:
         """Touch slowly where something may break; a light touch is cheap."""
-        cfg, obstacle = self.config, observation.obstacles[plan.index]
-        if self.fragility(observation, plan) < SURE:
-            return PushLimits(touch_mps=0.3, push_mps=cfg.push_speed_mps, ramp_mps2=1.0)
-        return gentle_limits(
-            obstacle,
-            self.beliefs.force_n(obstacle),
-            self._task,
-            gentle_force_n=cfg.gentle_force_n,
-            fragile_force_n=cfg.fragile_force_n,
-            push_mps=cfg.push_speed_mps,
-            ramp_mps2=0.5,
-        )
+        obstacle = observation.obstacles[plan.index]
+        need_n = self.beliefs.force_n(obstacle)
+        fragility = self.fragility(observation, plan)
+        return careful_limits(obstacle, need_n, fragility, self._task, self.config)
 
     def _push_candidate(self, observation: Observation, plan: PushPlan) -> Candidate:
         """Return a push as a candidate; its risk is the worst of its chain."""

@@ -14,7 +14,7 @@ from beacon_mj.planners.contact_planner import ContactPlanner
 from beacon_mj.planners.decision import Decision
 from beacon_mj.planners.free_route import FreeRoute
 from beacon_mj.planners.push_candidates import PushPlan
-from beacon_mj.planners.push_limits import SURE, PushLimits, gentle_limits
+from beacon_mj.planners.push_limits import PushLimits, careful_limits
 from beacon_mj.planners.travel_times import TravelTimes
 
 _MOST_OPTIONS = 4  #: Obstacles that are compared in one decision.
@@ -169,18 +169,10 @@ class BeaconVoi(ContactPlanner):
 
     def limits(self, observation: Observation, plan: PushPlan) -> PushLimits:
         """Approach at the speed that the belief allows."""
-        cfg, obstacle = self.config, observation.obstacles[plan.index]
-        if self.fragility(observation, plan) < SURE:
-            return PushLimits(touch_mps=0.3, push_mps=cfg.push_speed_mps, ramp_mps2=1.0)
-        return gentle_limits(
-            obstacle,
-            self.beliefs.force_n(obstacle),
-            self._task,
-            gentle_force_n=cfg.gentle_force_n,
-            fragile_force_n=cfg.fragile_force_n,
-            push_mps=cfg.push_speed_mps,
-            ramp_mps2=0.5,
-        )
+        obstacle = observation.obstacles[plan.index]
+        need_n = self.beliefs.force_n(obstacle)
+        fragility = self.fragility(observation, plan)
+        return careful_limits(obstacle, need_n, fragility, self._task, self.config)
 
     def _decided(self, expected_s: float, round_s: float, plan: PushPlan) -> Decision:
         terms = {"expected_s": expected_s, "round_s": round_s}

@@ -87,10 +87,9 @@ def _show(effects: list[Effect], planner: str) -> None:
 
 
 def _table(title: str, effects: list[Effect]) -> Table:
-    from rich.box import SIMPLE_HEAD
-    from rich.table import Table
+    from beacon_mj.cli.tables import plain_table
 
-    table = Table(title=title, title_justify="left", box=SIMPLE_HEAD, padding=0)
+    table = plain_table(title)
     table.add_column("", no_wrap=True)
     for heading in ("ok", "clean", "steps", "path m"):
         table.add_column(heading, justify="right", no_wrap=True)

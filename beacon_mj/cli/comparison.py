@@ -5,11 +5,10 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import msgspec
-from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
 from beacon_mj.cli import FAILED
-from beacon_mj.cli.tables import console
+from beacon_mj.cli.tables import console, plain_table
 from beacon_mj.eval.compare import Cell, Comparison, Difference, compare
 from beacon_mj.eval.gates import parse_gate, violations
 from beacon_mj.eval.pairing import Run, comparisons, load_run, match
@@ -86,15 +85,7 @@ def _table(comparison: Comparison, together: int) -> Table:
     title = f"{comparison.first} against {comparison.baseline}"
     if together > 1:
         title += f"; success: p {_p(comparison.p_holm)} among {together} (Holm)"
-    table = Table(
-        title=title,
-        title_justify="left",
-        title_style="bold",
-        box=SIMPLE_HEAD,
-        show_edge=False,
-        padding=0,
-        collapse_padding=True,
-    )
+    table = plain_table(title, collapse_padding=True)
     table.add_column("", width=10, overflow="fold")
     for heading in ("scenes\nboth", "success\np", *(h for h, _ in COSTS.values())):
         table.add_column(heading, justify="right", no_wrap=True)

@@ -66,17 +66,14 @@ def _print_json(prices: list[Price]) -> None:
 
 def _show(prices: list[Price], planner: str) -> None:
     """Print a table a family."""
-    from rich.box import SIMPLE_HEAD
-    from rich.table import Table
-
-    from beacon_mj.cli.tables import console
+    from beacon_mj.cli.tables import console, plain_table
 
     screen = console()
     families = dict.fromkeys(price.family for price in prices)
     for family in list(families)[1:] if len(families) == 2 else families:
         own = [price for price in prices if price.family == family]
         title = f"{planner}, {family}: {own[0].scenes} of {own[0].of} scenes"
-        table = Table(title=title, title_justify="left", box=SIMPLE_HEAD, padding=0)
+        table = plain_table(title)
         table.add_column("", min_width=12)
         for heading in ("steps", "%", "path m", "%", "energy J", "%"):
             table.add_column(heading, justify="right", no_wrap=True)

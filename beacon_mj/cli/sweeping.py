@@ -7,12 +7,11 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import msgspec
-from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
 from beacon_mj.cli.interrupts import status_of, terminable
 from beacon_mj.cli.progress import Update, progress
-from beacon_mj.cli.tables import console
+from beacon_mj.cli.tables import console, plain_table
 from beacon_mj.errors import RunError
 from beacon_mj.eval.run_folder import free_name
 from beacon_mj.eval.summary import OVERALL
@@ -73,14 +72,7 @@ def show(result: Result) -> None:
 
 
 def _table(title: str, *headings: str) -> Table:
-    table = Table(
-        title=title,
-        title_justify="left",
-        title_style="bold",
-        box=SIMPLE_HEAD,
-        show_edge=False,
-        padding=0,
-    )
+    table = plain_table(title)
     table.add_column(headings[0], overflow="fold")
     for name in headings[1:]:
         table.add_column(name, justify="right", no_wrap=True)

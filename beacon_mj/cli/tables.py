@@ -48,15 +48,21 @@ def show(summary: dict[str, Any]) -> None:
     screen.print(LEGEND)
 
 
-def _table(title: str) -> Table:
-    table = Table(
+def plain_table(title: str, **options: Any) -> Table:
+    """Return an empty table in the style of all results, as wide as it needs."""
+    return Table(
         title=title,
         title_justify="left",
         title_style="bold",
         box=SIMPLE_HEAD,
         show_edge=False,
         padding=0,
+        **options,
     )
+
+
+def _table(title: str) -> Table:
+    table = plain_table(title)
     table.add_column("planner", min_width=12, max_width=14, overflow="fold")
     return table
 

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from types import MappingProxyType
 
 from beacon_mj.errors import RunError, unknown
-from beacon_mj.fidelity import energy, friction, impact, mass, pushing, repeat
+from beacon_mj.fidelity import corner, energy, friction, impact, mass, pushing, repeat
 from beacon_mj.fidelity.row import Row
 
 #: The checks by name, in the order of the table.
@@ -25,6 +25,7 @@ CHECKS: Mapping[str, tuple[Callable[[], list[Row]], ...]] = MappingProxyType(
         "impact": (impact.spring,),
         "momentum": (impact.momentum,),
         "damage": (impact.damage,),
+        "corner": (corner.corners,),
         "mass": (mass.compiled, mass.robot),
         "energy": (energy.audit,),
         "repeat": (repeat.bitwise,),

@@ -11,7 +11,6 @@ from beacon_mj import shapes
 from beacon_mj.errors import SceneError
 from beacon_mj.fidelity.benches import START_M, bench, block, obstacle
 from beacon_mj.scene import Robot, Scene
-from beacon_mj.scene_gen.generate import generate_scene
 from beacon_mj.shapes import Sphere
 from beacon_mj.world import SimulationError, StepOutcome, World
 from tests.worlds import cached_scene, drive
@@ -215,29 +214,6 @@ def test_dense_and_sparse_jacobians_agree() -> None:
     np.testing.assert_allclose(
         worlds[0].data.qpos, worlds[1].data.qpos, rtol=0, atol=1e-6
     )
-
-
-@pytest.mark.parametrize("family", ["collision-required", "collision-shortcut"])
-@pytest.mark.parametrize("index", range(4))
-def test_the_disc_passes_through_nothing(family: str, index: int) -> None:
-    """Driven at full force among fixed obstacles, into corners and narrow gaps.
-
-    The bumper may sink in by what its softness allows at impact, not by more.
-    """
-    scene = generate_scene(family, index, seed=4000)
-    fixed = tuple(
-        msgspec.structs.replace(o, interaction="safe", fixed=True, break_force_n=None)
-        for o in scene.obstacles
-    )
-    world = World(msgspec.structs.replace(scene, obstacles=fixed))
-    goal, sunk = np.array(scene.goal_m), 0.0
-    for _ in range(150):
-        towards = goal - world.position_m
-        world.step(0.5 * towards / max(0.5, np.hypot(*towards)))
-        bumper = world.position_m + world.data.qpos[2:4]
-        gap = world.footprints.distance(bumper).min() - scene.robot.radius_m
-        sunk = max(sunk, -gap)
-    assert sunk < 0.006
 
 
 def test_an_impossible_force_ends_the_episode() -> None:
