@@ -7,6 +7,8 @@ neighbour v costs
 
 and is impossible if u or v has cost inf, or if a diagonal step would cut the corner
 of a blocked cell. Cells on the rim of the grid are always blocked.
+
+A search keeps a record of `VERTEX` for each cell, `cells` (n,).
 """
 
 import math
@@ -14,10 +16,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from beacon_mj.geometry import Array
-from beacon_mj.heap import Heap
-from beacon_mj.jit import kernel
+from beacon_mj.heap import Records
+from beacon_mj.jit import inlined
 
+#: What a search knows of a cell: its cost, g, rhs and its place in the heap.
+VERTEX = np.dtype([("cost", "f8"), ("g", "f8"), ("rhs", "f8"), ("slot", "i8")])
 #: Steps to the eight neighbours; the step at k ^ 1 leads back.
 ROW_STEP = (0, 0, 1, -1, 1, -1, 1, -1)
 COL_STEP = (1, -1, 0, 0, 1, -1, -1, 1)
@@ -27,50 +30,47 @@ _STEP_LENGTH = (1.0, 1.0, 1.0, 1.0, *[math.sqrt(2.0)] * 4)
 _HEURISTIC_SCALE = 1.0 - 1e-6
 
 
-class Search(NamedTuple):
-    """Arrays that the kernels share; `cols` and `cell_m` describe the grid."""
+class Lattice(NamedTuple):
+    """Shape of the grid: its number of columns and the edge of a cell [m]."""
 
-    cost: Array
-    g: Array
-    rhs: Array
-    heap: Heap
     cols: int
     cell_m: float
 
 
-@kernel
-def edge(search: Search, u: int, k: int) -> float:
+@inlined
+def edge(cells: Records, lattice: Lattice, u: int, k: int) -> float:
     """Cost of going from u along step k [m]."""
-    cost = search.cost
-    v = u + ROW_STEP[k] * search.cols + COL_STEP[k]
-    length: float = search.cell_m * _STEP_LENGTH[k] * (1.0 + cost[v])
-    if math.isinf(cost[u]) or math.isinf(length):
+    cols, cell_m = lattice
+    v = u + ROW_STEP[k] * cols + COL_STEP[k]
+    length: float = cell_m * _STEP_LENGTH[k] * (1.0 + cells[v]["cost"])
+    if math.isinf(cells[u]["cost"]) or math.isinf(length):
         return np.inf
     if k >= 4 and (
-        math.isinf(cost[u + COL_STEP[k]])
-        or math.isinf(cost[u + ROW_STEP[k] * search.cols])
+        math.isinf(cells[u + COL_STEP[k]]["cost"])
+        or math.isinf(cells[u + ROW_STEP[k] * cols]["cost"])
     ):
         return np.inf
     return length
 
 
-@kernel
-def lookahead(search: Search, u: int) -> float:
+@inlined
+def lookahead(cells: Records, lattice: Lattice, u: int) -> float:
     """One-step lookahead value: the least c(u, v) + g(v) over the neighbours v."""
     best = np.inf
-    if math.isinf(search.cost[u]):
+    if math.isinf(cells[u]["cost"]):
         return best
     for k in range(8):
-        v = u + ROW_STEP[k] * search.cols + COL_STEP[k]
-        if search.g[v] < best:
-            best = min(best, edge(search, u, k) + search.g[v])
+        g = cells[u + ROW_STEP[k] * lattice.cols + COL_STEP[k]]["g"]
+        if g < best:
+            best = min(best, edge(cells, lattice, u, k) + g)
     return best
 
 
-@kernel
-def heuristic(search: Search, u: int, v: int) -> float:
+@inlined
+def heuristic(lattice: Lattice, u: int, v: int) -> float:
     """Octile distance [m], scaled down by a hair; a metric, so consistent."""
-    rows = abs(u // search.cols - v // search.cols)
-    cols = abs(u % search.cols - v % search.cols)
-    octile: float = max(rows, cols) + (math.sqrt(2.0) - 1.0) * min(rows, cols)
-    return _HEURISTIC_SCALE * search.cell_m * octile
+    cols = lattice.cols
+    rows = abs(u // cols - v // cols)
+    columns = abs(u % cols - v % cols)
+    octile: float = max(rows, columns) + (math.sqrt(2.0) - 1.0) * min(rows, columns)
+    return _HEURISTIC_SCALE * lattice.cell_m * octile

@@ -2,104 +2,109 @@
 
 Keys are pairs, ordered lexicographically, smallest first. Each vertex is in the heap
 at most once: putting it again changes its key.
+
+A heap is two record arrays. `entries` (n + 1,), of `ENTRY`, holds the entries from
+slot 1, which has the smallest key; slot 0 counts them in its field `vertex`. The
+vertices (n,) are records with a field `slot`, 0 for a vertex that is not in the heap.
+Records, rather than an array for each field, because compiled code then counts one
+reference in place of five and finds what belongs together side by side in memory.
 """
 
-from typing import NamedTuple
-
 import numpy as np
+from numpy.typing import NDArray
 
-from beacon_mj.geometry import Array
-from beacon_mj.grid import Cells
-from beacon_mj.jit import kernel
+from beacon_mj.jit import inlined
 
+Records = NDArray[np.void]
 
-class Heap(NamedTuple):
-    """Storage for at most n vertices numbered below n.
-
-    Slot 0 holds the smallest key. `slot` (n,) is where each vertex sits, -1 if it is
-    not in the heap; `size` (1,) counts the slots in use.
-    """
-
-    key1: Array
-    key2: Array
-    vertex: Cells
-    slot: Cells
-    size: Cells
-
-    @classmethod
-    def empty(cls, n: int) -> "Heap":
-        """Return an empty heap for vertices 0 to n - 1."""
-        return cls(
-            np.empty(n),
-            np.empty(n),
-            np.empty(n, dtype=np.int64),
-            np.full(n, -1, dtype=np.int64),
-            np.zeros(1, dtype=np.int64),
-        )
-
-    def clear(self) -> None:
-        """Take everything out."""
-        self.slot[:] = -1
-        self.size[0] = 0
+ENTRY = np.dtype([("key1", "f8"), ("key2", "f8"), ("vertex", "i8")])
 
 
-@kernel
+def empty_heap(n: int) -> Records:
+    """Return the entries of an empty heap for vertices 0 to n - 1."""
+    return np.zeros(n + 1, dtype=ENTRY)
+
+
+@inlined
+def heap_size(entries: Records) -> int:
+    """Return the number of entries."""
+    size: int = entries[0]["vertex"]
+    return size
+
+
+@inlined
 def before(a1: float, a2: float, b1: float, b2: float) -> bool:
     """Whether key (a1, a2) comes strictly before key (b1, b2)."""
     return a1 < b1 or (a1 == b1 and a2 < b2)
 
 
-@kernel
-def heap_put(heap: Heap, vertex: int, key1: float, key2: float) -> None:
+@inlined
+def heap_put(
+    vertices: Records, entries: Records, vertex: int, key1: float, key2: float
+) -> None:
     """Insert a vertex, or change its key."""
-    slot = heap.slot[vertex]
-    if slot < 0:
-        slot = heap.size[0]
-        heap.size[0] += 1
-    _settle(heap, slot, vertex, key1, key2)
+    slot = vertices[vertex]["slot"]
+    if slot == 0:
+        slot = entries[0]["vertex"] + 1
+        entries[0]["vertex"] = slot
+    _settle(vertices, entries, slot, vertex, key1, key2)
 
 
-@kernel
-def heap_remove(heap: Heap, vertex: int) -> None:
+@inlined
+def heap_remove(vertices: Records, entries: Records, vertex: int) -> None:
     """Take a vertex out; nothing happens if it is not in."""
-    slot = heap.slot[vertex]
-    if slot < 0:
+    slot = vertices[vertex]["slot"]
+    if slot == 0:
         return
-    heap.slot[vertex] = -1
-    heap.size[0] -= 1
-    last = heap.size[0]
+    vertices[vertex]["slot"] = 0
+    last = entries[0]["vertex"]
+    entries[0]["vertex"] = last - 1
     if slot != last:
-        _settle(heap, slot, heap.vertex[last], heap.key1[last], heap.key2[last])
+        key1, key2 = entries[last]["key1"], entries[last]["key2"]
+        _settle(vertices, entries, slot, entries[last]["vertex"], key1, key2)
 
 
-@kernel
-def _settle(heap: Heap, slot: int, vertex: int, key1: float, key2: float) -> None:
+@inlined
+def _settle(
+    vertices: Records,
+    entries: Records,
+    slot: int,
+    vertex: int,
+    key1: float,
+    key2: float,
+) -> None:
     """Place an entry that belongs at `slot` or above or below it."""
-    while slot > 0:
-        parent = (slot - 1) // 2
-        if not before(key1, key2, heap.key1[parent], heap.key2[parent]):
+    while slot > 1 and _before_entry(key1, key2, entries[slot // 2]):
+        _move(vertices, entries, slot // 2, slot)
+        slot //= 2
+    size = entries[0]["vertex"]
+    while 2 * slot <= size:
+        child = 2 * slot
+        if child < size and before(
+            entries[child + 1]["key1"], entries[child + 1]["key2"],
+            entries[child]["key1"], entries[child]["key2"],
+        ):  # fmt: skip
+            child += 1
+        if not before(entries[child]["key1"], entries[child]["key2"], key1, key2):
             break
-        _move(heap, parent, slot)
-        slot = parent
-    while 2 * slot + 1 < heap.size[0]:
-        child = 2 * slot + 1
-        right = child + 1
-        if right < heap.size[0] and before(
-            heap.key1[right], heap.key2[right], heap.key1[child], heap.key2[child]
-        ):
-            child = right
-        if not before(heap.key1[child], heap.key2[child], key1, key2):
-            break
-        _move(heap, child, slot)
+        _move(vertices, entries, child, slot)
         slot = child
-    heap.key1[slot], heap.key2[slot] = key1, key2
-    heap.vertex[slot] = vertex
-    heap.slot[vertex] = slot
+    entries[slot]["key1"], entries[slot]["key2"] = key1, key2
+    entries[slot]["vertex"] = vertex
+    vertices[vertex]["slot"] = slot
 
 
-@kernel
-def _move(heap: Heap, source: int, target: int) -> None:
+@inlined
+def _before_entry(key1: float, key2: float, entry: np.void) -> bool:
+    """Whether a key comes strictly before that of an entry."""
+    return before(key1, key2, entry["key1"], entry["key2"])
+
+
+@inlined
+def _move(vertices: Records, entries: Records, source: int, target: int) -> None:
     """Copy the entry of one slot to another."""
-    heap.key1[target], heap.key2[target] = heap.key1[source], heap.key2[source]
-    heap.vertex[target] = heap.vertex[source]
-    heap.slot[heap.vertex[target]] = target
+    vertex = entries[source]["vertex"]
+    entries[target]["key1"] = entries[source]["key1"]
+    entries[target]["key2"] = entries[source]["key2"]
+    entries[target]["vertex"] = vertex
+    vertices[vertex]["slot"] = target

@@ -15,3 +15,14 @@ def kernel(function: F) -> F:
     same with `NUMBA_DISABLE_JIT=1`.
     """
     return cast(F, numba.njit(cache=True, nogil=True)(function))
+
+
+def inlined(function: F) -> F:
+    """Compile `function` into each kernel that calls it.
+
+    For small functions inside of inner loops. It cannot be left to the compiler:
+    numba passes an array as seven arguments, which makes a call look expensive to
+    inline while it is more expensive not to.
+    """
+    compiled = numba.njit(cache=True, nogil=True, forceinline=True)(function)
+    return cast(F, compiled)
