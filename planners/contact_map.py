@@ -1,8 +1,9 @@
 """The way through: paths over a cost map on which some obstacles may be pushed.
 
-Edge costs are c_geom + lambda_occ c_occ + lambda_sem c_sem (paper II.E, II.H): c_occ is
-one where the disc would overlap an obstacle that may be pushed, c_sem the planner's
-risk of touching it. Obstacles that may not be pushed are impassable.
+Edge costs are c_geom + lambda_occ c_occ + lambda_sem c_sem (paper II.E, II.H). Both
+costs count as far as an obstacle that may be pushed stands in the disc's way: by the
+share of the disc's width that it would cover, so that clipping a corner is cheaper
+than going through the middle. Obstacles that may not be pushed are impassable.
 """
 
 from collections.abc import Mapping
@@ -46,7 +47,7 @@ class ContactMap:
         """Plan on cells of `cell_m` [m] for a disc of `radius_m` [m]."""
         self._route = GridRoute(task, cell_m, radius_m)
         self._radius_m = radius_m
-        self._cells: dict[int, tuple[object, Cells]] = {}
+        self._covers: dict[int, tuple[object, Cells, Array]] = {}
         self.path: Array | None = None
         self.expansions = 0
 
@@ -55,13 +56,13 @@ class ContactMap:
 
         Args:
             observation: The map.
-            costs: lambda_occ + lambda_sem c_sem of each obstacle that may be pushed,
-                by its index; the others block.
+            costs: Cost per metre of going right through each obstacle that may be
+                pushed, by its index; the others block.
         """
         extra = np.zeros(self._route.field.grid.size)
         for i, cost in costs.items():
-            cells = self._covered(i, observation)
-            extra[cells] = np.maximum(extra[cells], cost)
+            cells, share = self._covered(i, observation)
+            extra[cells] = np.maximum(extra[cells], cost * share)
         blocking = _without(observation.footprints, list(costs))
         self.path = self._route.plan(observation.position_m, blocking, extra)
         self.expansions = self._route.last_expansions
@@ -85,23 +86,28 @@ class ContactMap:
         last = first + int(after[0]) if len(after) else len(self.path) - 1
         return Crossing(soft[column], self.path[max(first - 1, 0)], self.path[last])
 
-    def _covered(self, i: int, observation: Observation) -> Cells:
-        """Return the cells on which the disc would overlap obstacle i."""
+    def _covered(self, i: int, observation: Observation) -> tuple[Cells, Array]:
+        """Return where the disc would overlap obstacle i, and by how much of its width.
+
+        The overlap in depth, radius less signed distance, over the disc's diameter,
+        at most one.
+        """
         outline = observation.obstacles[i].footprint
-        cached = self._cells.get(i)
-        if cached is not None and cached[0] is outline:
-            return cached[1]
-        grid = self._route.field.grid
-        reach = outline.radius + self._radius_m
-        r0, r1, c0, c1 = grid.window(
-            outline.vertices.min(axis=0) - reach, outline.vertices.max(axis=0) + reach
-        )
-        rows, cols = np.mgrid[r0:r1, c0:c1]
-        cells = (rows * grid.cols + cols).ravel()
-        gaps = Footprints.stack([outline]).distances(grid.centres(cells))[:, 0]
-        inside = np.asarray(cells[gaps < self._radius_m])
-        self._cells[i] = (outline, inside)
-        return inside
+        cached = self._covers.get(i)
+        if cached is None or cached[0] is not outline:
+            radius, grid = self._radius_m, self._route.field.grid
+            reach = outline.radius + radius
+            r0, r1, c0, c1 = grid.window(
+                outline.vertices.min(axis=0) - reach,
+                outline.vertices.max(axis=0) + reach,
+            )
+            rows, cols = np.mgrid[r0:r1, c0:c1]
+            cells = (rows * grid.cols + cols).ravel()
+            gaps = Footprints.stack([outline]).distances(grid.centres(cells))[:, 0]
+            near = gaps < radius
+            share = np.minimum((radius - gaps[near]) / (2.0 * radius), 1.0)
+            cached = self._covers[i] = (outline, cells[near], share)
+        return cached[1], cached[2]
 
 
 def _without(footprints: Footprints, soft: list[int]) -> Footprints:
