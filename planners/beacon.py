@@ -51,7 +51,7 @@ class BeaconConfig:
     #: Bumper force above which a push of something that may break slows down [N].
     fragile_force_n: float = 14.0
     #: Speed of a push [m/s].
-    push_speed_mps: float = 0.45
+    push_speed_mps: float = 0.5
     #: Whether contact evidence updates the belief (an ablation).
     update_belief: bool = True
     #: Whether a changed belief triggers replanning (an ablation).

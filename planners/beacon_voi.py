@@ -10,14 +10,13 @@ import numpy as np
 from beacon_mj.belief import BeliefMap, Likelihoods
 from beacon_mj.observation import Command, Observation, Task
 from beacon_mj.planners.checks import expect_between
-from beacon_mj.planners.contact_planner import ContactPlanner
+from beacon_mj.planners.contact_planner import MOST_OPTIONS, ContactPlanner
 from beacon_mj.planners.decision import Decision
 from beacon_mj.planners.free_route import FreeRoute
 from beacon_mj.planners.push_candidates import PushPlan
 from beacon_mj.planners.push_limits import PushLimits, careful_limits
 from beacon_mj.planners.travel_times import TravelTimes
 
-_MOST_OPTIONS = 4  #: Obstacles that are compared in one decision.
 _CUT_OFF_S = 60.0  #: What it counts for if nothing is left after a failed push [s].
 
 
@@ -48,7 +47,7 @@ class BeaconVoiConfig:
     #: Bumper force above which a push of something that may break slows down [N].
     fragile_force_n: float = 14.0
     #: Speed of a push [m/s].
-    push_speed_mps: float = 0.45
+    push_speed_mps: float = 0.5
 
     def __post_init__(self) -> None:
         """Check the ranges.
@@ -132,7 +131,7 @@ class BeaconVoi(ContactPlanner):
         """Choose the least expected time among all pushes and the way round."""
         costs = self._costs(observation, last_resort=last_resort)
         options = list(
-            islice(self.options(observation, costs, wide=last_resort), _MOST_OPTIONS)
+            islice(self.options(observation, costs, wide=last_resort), MOST_OPTIONS)
         )
         if not options:
             return False
@@ -189,9 +188,7 @@ class BeaconVoi(ContactPlanner):
         cfg, task = self.config, self._task
         limits = self.limits(observation, plan)
         chance = math.prod(self.chance(observation, i) for i, _ in plan.cascade.moved)
-        way = float(np.hypot(*(plan.approach_m - observation.position_m)))
-        closing = float(np.hypot(*(plan.touch_m - plan.approach_m)))
-        touch_s = way / task.speed_mps + closing / limits.touch_mps
+        touch_s = plan.lead_s(observation.position_m, task)
         push_s = plan.travel_m / limits.push_mps + self._worth_s(observation, plan)
         beyond_s = self._times.from_point(plan.end_m)
         if not math.isfinite(beyond_s):

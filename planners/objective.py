@@ -118,15 +118,12 @@ def push_candidate(
     energy_j: float,
 ) -> Candidate:
     """Return the candidate of a push: approach, touch, and travel."""
-    way = float(np.hypot(*(plan.approach_m - observation.position_m)))
-    closing = float(np.hypot(*(plan.touch_m - plan.approach_m)))
+    here = observation.position_m
     return Candidate(
         end_m=plan.end_m,
         velocity_mps=limits.push_mps * plan.direction,
-        distance_m=way + closing + plan.travel_m,
-        time_s=way / task.speed_mps
-        + closing / limits.touch_mps
-        + plan.travel_m / limits.push_mps,
+        distance_m=plan.lead_m(here) + plan.travel_m,
+        time_s=plan.lead_s(here, task) + plan.travel_m / limits.push_mps,
         risk=risk,
         push_energy_j=energy_j,
         normal=-plan.direction,

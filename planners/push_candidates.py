@@ -48,6 +48,15 @@ class PushPlan:
         """Centre of the robot after the push, shape (2,) [m]."""
         return np.asarray(self.touch_m + self.travel_m * self.direction)
 
+    def lead_m(self, position: Array) -> float:
+        """Return how far the robot at `position` (2,) drives until it touches [m]."""
+        way = float(np.hypot(*(self.approach_m - position)))
+        return way + float(np.hypot(*(self.touch_m - self.approach_m)))
+
+    def lead_s(self, position: Array, task: Task) -> float:
+        """Return how long that takes: full speed, then a period to touch in [s]."""
+        return self.lead_m(position) / task.speed_mps + task.control_period_s
+
 
 def push_plans(
     observation: Observation,

@@ -5,6 +5,7 @@ through the centroid wherever the obstacle turns, and stops when the way is clea
 when nothing gives, or when the force on something that may break grows too large.
 """
 
+import math
 from typing import Literal
 
 import numpy as np
@@ -17,6 +18,7 @@ from beacon_mj.planners.push_candidates import PushPlan, segment_is_clear
 from beacon_mj.planners.push_limits import PushLimits
 
 _CRAWL_MPS = 0.08  #: Speed up to which the bumper's force is friction alone [m/s].
+_CLOSE_M = 0.003  #: Gap within which the robot moves at touching speed [m].
 _STEADY = 1.25  #: Force limit over the force of a crawl.
 
 Phase = Literal["approach", "touch", "push", "back_off", "done", "failed"]
@@ -114,7 +116,21 @@ class PushController:
             return self._push(observation)
         if self._since * self._task.control_period_s * self._limits.touch_mps > 0.2:
             self.phase, self.reason = "done", "the obstacle is no longer there"
-        return self._along(observation, self._limits.touch_mps)
+        return self._along(observation, self._closing_speed(observation))
+
+    def _closing_speed(self, observation: Observation) -> float:
+        """Return the speed at which the robot can still slow down to touch [m/s].
+
+        After a period T at speed v the gap left, g - v T, must suffice for the change
+        to the touching speed w under the drive's a: (v^2 - w^2) / 2 a.
+        """
+        task, touch = self._task, self._limits.touch_mps
+        a, period = task.force_max_n / task.mass_kg, task.control_period_s
+        i = self.plan.index
+        gap = float(observation.footprints.distance(observation.position_m)[i])
+        room = max(gap - task.radius_m - _CLOSE_M, 0.0)
+        speed = math.sqrt((a * period) ** 2 + 2.0 * a * room + touch**2) - a * period
+        return min(max(speed, touch), task.speed_mps)
 
     def _push(self, observation: Observation) -> Array:
         """Push along the line through the centroid."""

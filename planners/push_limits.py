@@ -10,7 +10,6 @@ from beacon_mj.pushing import gentle_speed_mps
 
 #: Probability of being fragile below which nothing is expected to break.
 SURE = 0.02
-_FIRM_TOUCH_MPS = 0.3  #: Touch of what will not break [m/s].
 _TOUCH_MPS = (0.05, 0.25)  #: Slowest and fastest touch of what may break [m/s].
 _HEADROOM = 1.6  #: Force limit over the force that is needed.
 
@@ -62,9 +61,7 @@ def careful_limits(
         care: How careful to be.
     """
     if fragility < SURE:
-        return PushLimits(
-            touch_mps=_FIRM_TOUCH_MPS, push_mps=care.push_speed_mps, ramp_mps2=1.0
-        )
+        return PushLimits(touch_mps=care.push_speed_mps, push_mps=care.push_speed_mps)
     mass = obstacle.density_kgm3 * obstacle.volume_m3
     gentle = gentle_speed_mps(
         care.gentle_force_n, mass, task.mass_kg, task.bumper_stiffness_npm

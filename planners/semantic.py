@@ -41,7 +41,7 @@ class SemanticConfig:
     #: Cost of a cell in the cost map for a risk of one [m/m].
     lambda_risk: float = 7.5
     #: Speed of a push [m/s].
-    push_speed_mps: float = 0.4
+    push_speed_mps: float = 0.5
     #: Speed at which the bumper meets an obstacle [m/s].
     touch_speed_mps: float = 0.1
 
