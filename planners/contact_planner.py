@@ -8,6 +8,7 @@ learns from what happened. Subclasses say what may be pushed and what it costs.
 from abc import abstractmethod
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from itertools import islice
 
 from beacon_mj.belief import BeliefMap
 from beacon_mj.geometry import Array
@@ -23,10 +24,11 @@ from beacon_mj.planners.push_limits import PushLimits
 from beacon_mj.planners.recovery import Recovery, give_up
 
 _CELL_M = 0.05  #: Grid of the way through, and of the way round [m].
-_MARGIN_M = 0.015  #: Room kept on the way round [m].
+_MARGIN_M = 0.01  #: Room kept on the way round [m].
 _TIGHT_CELL_M = 0.025  #: Grid of the way round where there is no other way [m].
 _TIGHT_MARGIN_M = 0.005  #: Room kept there [m].
 _COOLDOWN_S = 3.0  #: Time for which an obstacle just pushed aside is left alone [s].
+MOST_OPTIONS = 3  #: Obstacles whose pushes are compared in one decision.
 _FIRST_M = 0.03  #: Least travel of a push before it may end because the way is clear.
 _MAX_FAILURES = 2  #: Failed pushes of one obstacle before it counts as immovable.
 
@@ -65,7 +67,7 @@ class ContactPlanner(Planner):
     def push_cost(self, observation: Observation, index: int) -> float | None:
         """Return the cell cost of an obstacle that may be pushed, None if it may not.
 
-        The cost is lambda_occ + lambda_sem c_sem, in metres per metre.
+        The cost is that of going right through it, in metres per metre.
         """
 
     @abstractmethod
@@ -196,9 +198,10 @@ class ContactPlanner(Planner):
             self._consider(observation, last_resort=True)
 
     def _consider(self, observation: Observation, *, last_resort: bool) -> bool:
-        """Compare pushes on the way through with the way round; False if none."""
+        """Compare pushes on the ways through with the way round; False if none."""
         costs = self._costs(observation, last_resort=last_resort)
-        for plans in self.options(observation, costs, wide=last_resort):
+        options = self.options(observation, costs, wide=last_resort)
+        while plans := [p for option in islice(options, MOST_OPTIONS) for p in option]:
             self._decision = self.compare(observation, plans, self._free)
             if self._decision.plan is not None:
                 self._begin(self._decision.plan, observation)

@@ -17,7 +17,7 @@ class DStarLiteConfig:
     #: Edge length of a grid cell, halved twice where the map seems to be closed.
     cell_m: float = 0.05
     #: Distance that the disc keeps from footprints while there is room.
-    margin_m: float = 0.015
+    margin_m: float = 0.01
     #: Distance that it keeps in the narrowest passages.
     tight_margin_m: float = 0.005
     #: Distance from its path that the robot may have in corners.

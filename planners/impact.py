@@ -33,7 +33,7 @@ class ImpactConfig:
     #: Edge length of a grid cell.
     cell_m: float = 0.05
     #: Distance that the disc keeps from what it goes round.
-    margin_m: float = 0.015
+    margin_m: float = 0.01
     #: Speed while the bumper touches, or is about to touch, something [m/s].
     contact_mps: float = 0.25
 
