@@ -5,7 +5,6 @@ through the centroid wherever the obstacle turns, and stops when the way is clea
 when nothing gives, or when the force on something that may break grows too large.
 """
 
-import math
 from typing import Literal
 
 import numpy as np
@@ -119,18 +118,22 @@ class PushController:
         return self._along(observation, self._closing_speed(observation))
 
     def _closing_speed(self, observation: Observation) -> float:
-        """Return the speed at which the robot can still slow down to touch [m/s].
+        """Return the largest speed from which the robot still slows down to touch [m/s].
 
-        After a period T at speed v the gap left, g - v T, must suffice for the change
-        to the touching speed w under the drive's a: (v^2 - w^2) / 2 a.
+        One period at v, after a change from v_0 under the drive's a, and then a change
+        to the touching speed w must fit into the gap:
+
+            v T + (v_0 - v) |v_0 - v| / 2 a + (v^2 - w^2) / 2 a.
         """
         task, touch = self._task, self._limits.touch_mps
-        a, period = task.force_max_n / task.mass_kg, task.control_period_s
-        i = self.plan.index
-        gap = float(observation.footprints.distance(observation.position_m)[i])
-        room = max(gap - task.radius_m - _CLOSE_M, 0.0)
-        speed = math.sqrt((a * period) ** 2 + 2.0 * a * room + touch**2) - a * period
-        return min(max(speed, touch), task.speed_mps)
+        drive = 2.0 * task.force_max_n / task.mass_kg
+        gap = observation.footprints.distance(observation.position_m)[self.plan.index]
+        speed = np.linspace(touch, max(task.speed_mps, touch), 32)
+        change = float(observation.velocity_mps @ self.plan.direction) - speed
+        advance = speed * task.control_period_s + change * np.abs(change) / drive
+        needed = advance + (speed**2 - touch**2) / drive
+        fits = needed <= gap - task.radius_m - _CLOSE_M
+        return float(speed[fits].max(initial=touch))
 
     def _push(self, observation: Observation) -> Array:
         """Push along the line through the centroid."""
