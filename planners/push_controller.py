@@ -118,7 +118,7 @@ class PushController:
         return self._along(observation, self._closing_speed(observation))
 
     def _closing_speed(self, observation: Observation) -> float:
-        """Return the largest speed from which the robot still slows down to touch [m/s].
+        """Return the largest speed that still lets the robot slow to a touch [m/s].
 
         One period at v, after a change from v_0 under the drive's a, and then a change
         to the touching speed w must fit into the gap:
