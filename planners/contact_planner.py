@@ -5,22 +5,19 @@ may be pushed, it compares pushing with going round, carries out what it chose, 
 learns from what happened. Subclasses say what may be pushed and what it costs.
 """
 
-from abc import abstractmethod
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import replace
 from itertools import islice
 
-from beacon_mj.belief import BeliefMap
 from beacon_mj.geometry import Array
 from beacon_mj.observation import Action, Command, Observation, Rationale, Task
-from beacon_mj.planners.base import Planner
 from beacon_mj.planners.contact_map import ContactMap, Crossing
 from beacon_mj.planners.decision import Decision
 from beacon_mj.planners.free_route import FreeRoute
 from beacon_mj.planners.push_candidates import PushPlan, push_plans
 from beacon_mj.planners.push_controller import PushController
 from beacon_mj.planners.push_guard import next_in_chain, stands_free, way_is_clear
-from beacon_mj.planners.push_limits import PushLimits
+from beacon_mj.planners.push_policy import PushPolicy
 from beacon_mj.planners.recovery import Recovery, give_up
 
 _CELL_M = 0.05  #: Grid of the way through, and of the way round [m].
@@ -33,7 +30,7 @@ _FIRST_M = 0.03  #: Least travel of a push before it may end because the way is 
 _MAX_FAILURES = 2  #: Failed pushes of one obstacle before it counts as immovable.
 
 
-class ContactPlanner(Planner):
+class ContactPlanner(PushPolicy):
     """Base of the planners that may touch things on purpose."""
 
     def reset(self, task: Task) -> None:
@@ -54,35 +51,6 @@ class ContactPlanner(Planner):
         self._cooldown: dict[str, float] = {}
         self._planned_version = -1
         self._stale = True
-
-    def planning_radius_m(self, task: Task) -> float:
-        """Radius with which collisions are checked [m]."""
-        return task.radius_m
-
-    @abstractmethod
-    def _new_beliefs(self) -> BeliefMap:
-        """Return an empty belief map for one episode."""
-
-    @abstractmethod
-    def push_cost(self, observation: Observation, index: int) -> float | None:
-        """Return the cell cost of an obstacle that may be pushed, None if it may not.
-
-        The cost is that of going right through it, in metres per metre.
-        """
-
-    @abstractmethod
-    def compare(
-        self, observation: Observation, plans: list[PushPlan], detour: FreeRoute
-    ) -> Decision:
-        """Choose among pushes and the way round (paper II.F)."""
-
-    @abstractmethod
-    def limits(self, observation: Observation, plan: PushPlan) -> PushLimits:
-        """Return how fast a push may go."""
-
-    def belief_changed(self, change_l1: float) -> bool:
-        """Whether an L1 change of a belief calls for replanning (paper II.H)."""
-        return change_l1 > 0.0
 
     def act(self, observation: Observation) -> Command:
         """One pass of the execution loop."""
@@ -163,24 +131,6 @@ class ContactPlanner(Planner):
                 return "it would break another"
         return None
 
-    def chain_is_safe(self, moved: Sequence[str]) -> bool:
-        """Whether no likely-fragile obstacle is in a chain reaction (paper II.G).
-
-        Args:
-            moved: What would move, the pushed obstacle first. It is struck as well
-                as soon as it reaches another.
-        """
-        return len(moved) < 2 or all(
-            self.beliefs.probability(name, "fragile") <= self.accepted_fragile_chain
-            for name in moved
-            if name not in self._broken
-        )
-
-    @property
-    def accepted_fragile_chain(self) -> float:
-        """Probability of being fragile up to which a chain reaction may reach it."""
-        return 1.0
-
     def _choose(self, observation: Observation) -> None:
         """Plan both ways and decide."""
         self._stale, self._planned_version = False, observation.map_version
@@ -244,10 +194,6 @@ class ContactPlanner(Planner):
                 costs[i] = cost
         return costs
 
-    def last_resort_cost(self, observation: Observation, index: int) -> float | None:
-        """Return a cell cost for use when there is no other way, None for never."""
-        return None
-
     def _plans(
         self, observation: Observation, crossing: Crossing, *, wide: bool
     ) -> list[PushPlan]:
@@ -264,18 +210,6 @@ class ContactPlanner(Planner):
             fixed,
             predict=self.predicts_cascades,
             wide=wide,
-        )
-
-    @property
-    def predicts_cascades(self) -> bool:
-        """Whether chain reactions are predicted before a push (paper II.G)."""
-        return True
-
-    def fragility(self, observation: Observation, plan: PushPlan) -> float:
-        """Return the largest probability of being fragile of what would move."""
-        return max(
-            self.beliefs.probability(observation.obstacles[i].id, "fragile")
-            for i, _ in plan.cascade.moved
         )
 
     def _begin(self, plan: PushPlan, observation: Observation) -> None:
