@@ -136,7 +136,7 @@ class BeaconVoi(ContactPlanner):
         if not options:
             return False
         self._times.update(observation)
-        here = self._times.from_point(observation.position_m)
+        here = self._way_round_s(observation)
         alone = [
             min(
                 ((self._expected_s(observation, p, self._round(p)), p) for p in plans),
@@ -163,7 +163,7 @@ class BeaconVoi(ContactPlanner):
             ((self._expected_s(observation, p, self._round(p)), p) for p in plans),
             key=lambda scored: scored[0],
         )
-        here = self._times.from_point(observation.position_m)
+        here = self._way_round_s(observation)
         return self._decided(expected_s, here, plan)
 
     def limits(self, observation: Observation, plan: PushPlan) -> PushLimits:
@@ -217,6 +217,15 @@ class BeaconVoi(ContactPlanner):
                 cfg.energy_weight * joule_s * travel * self.beliefs.force_n(obstacle)
             )
         return worth
+
+    def _way_round_s(self, observation: Observation) -> float:
+        """Return the time to the goal without touching, inf if no path was found [s].
+
+        Travel times alone do not tell: they keep less room than a path.
+        """
+        if self._free.path is None:
+            return math.inf
+        return self._times.from_point(observation.position_m)
 
     def _round(self, plan: PushPlan) -> float:
         """Return the time round from where a push of `plan` would fail [s]."""

@@ -1,7 +1,10 @@
 """Watching a push while it goes on: is the way clear, what is about to be struck?"""
 
+import math
+
 import numpy as np
 
+from beacon_mj.geometry import Array
 from beacon_mj.observation import Observation, Task
 from beacon_mj.planners.free_route import FreeRoute
 from beacon_mj.planners.push_candidates import PushPlan, nearby
@@ -9,6 +12,7 @@ from beacon_mj.pushing import PushWorld
 
 _CLEAR_SLACK_M = 0.3  #: A free way this much longer than planned ends a push [m].
 _LOOK_AHEAD_M = 0.2  #: Travel ahead of a push that is watched [m].
+_TURNS = (0.0, -0.06, 0.06)  #: Directions that it may take instead [rad].
 
 
 def stands_free(observation: Observation, plan: PushPlan, task: Task) -> bool:
@@ -28,16 +32,24 @@ def way_is_clear(
 
 
 def next_in_chain(observation: Observation, plan: PushPlan, task: Task) -> list[str]:
-    """Return what moves if the push goes on a little, the pushed obstacle first.
+    """Return what may move if the push goes on a little, the pushed obstacle first.
 
-    What lies behind an obstacle is often seen only once the push has begun.
+    What lies behind an obstacle is often seen only once the push has begun, and an
+    obstacle turns a little as it goes: a neighbour just beside its way counts as well.
     """
     near = nearby(observation, plan.index, _LOOK_AHEAD_M)
-    cascade = PushWorld([observation.obstacles[i] for i in near]).cascade(
-        0,
-        _LOOK_AHEAD_M * plan.direction,
-        lambda i: 0.0,
-        task.force_max_n,
-        lambda i: False,
-    )
-    return [observation.obstacles[near[i]].id for i, _ in cascade.moved]
+    world = PushWorld([observation.obstacles[i] for i in near])
+    moved: dict[int, None] = {}
+    for turn in _TURNS:
+        travel = _LOOK_AHEAD_M * _turned(plan.direction, turn)
+        cascade = world.cascade(
+            0, travel, lambda i: 0.0, task.force_max_n, lambda i: False
+        )
+        moved |= dict.fromkeys(i for i, _ in cascade.moved)
+    return [observation.obstacles[near[i]].id for i in moved]
+
+
+def _turned(direction: Array, angle: float) -> Array:
+    """Return a vector (2,) turned counter-clockwise by an angle [rad]."""
+    c, s = math.cos(angle), math.sin(angle)
+    return np.array([[c, -s], [s, c]]) @ direction
