@@ -1,5 +1,7 @@
 """How a push is chosen among several, begun, and charged for."""
 
+import math
+
 import numpy as np
 import pytest
 import shapely
@@ -8,10 +10,13 @@ from beacon_mj.episode import run_episode
 from beacon_mj.geometry import Array
 from beacon_mj.observation import Command, Observation
 from beacon_mj.planners.beacon import Beacon
+from beacon_mj.planners.beacon_voi import BeaconVoi
 from beacon_mj.planners.contact_map import ContactMap
 from beacon_mj.planners.decision import Decision
 from beacon_mj.planners.free_route import FreeRoute
 from beacon_mj.planners.push_candidates import PushPlan
+from beacon_mj.planners.push_guard import next_in_chain
+from beacon_mj.pushing import Cascade
 from beacon_mj.scene_gen.generate import generate_scene
 from tests.kinematics import make_task
 from tests.sensed import observe, sensed_box
@@ -98,3 +103,30 @@ def overlap(outline: shapely.Polygon, point: Array, radius: float) -> float:
     if outline.contains(here):
         gap = -outline.exterior.distance(here)
     return min(max(radius - gap, 0.0) / (2.0 * radius), 1.0)
+
+
+@pytest.mark.parametrize(
+    ("beside_m", "counts"), [(-0.05, True), (0.003, True), (0.03, False)]
+)
+def test_a_neighbour_just_beside_the_way_counts(beside_m: float, counts: bool) -> None:
+    """A pushed box turns a little: what it would just miss, it may well strike."""
+    task = make_task((1.0, 3.0), (5.0, 3.0))
+    pushed = sensed_box("pushed", 2.0, 3.0, length=0.3, width=0.3)
+    other = sensed_box("other", 2.4, 3.3 + beside_m, length=0.3, width=0.3)
+    observation = observe((1.0, 3.0), pushed, other)
+    east = np.array([1.0, 0.0])
+    alone = Cascade(((0, 0.5),), 10.0, None)
+    plan = PushPlan(0, "pushed", east, np.zeros(2), np.zeros(2), 0.5, alone)
+    chain = next_in_chain(observation, plan, task)
+    assert chain == (["pushed", "other"] if counts else ["pushed"])
+
+
+def test_voi_pushes_what_was_left_on_the_goal() -> None:
+    """No path leads there any more, whatever the coarser travel times say."""
+    task = make_task((1.0, 3.0), (5.0, 3.0))
+    box = sensed_box("a", 5.05, 3.0, length=0.2, width=0.4, scores=(0.01, 0.98, 0.01))
+    planner = BeaconVoi()
+    planner.reset(task)
+    command = planner.act(observe((4.0, 3.0), box))
+    assert command.rationale.action == "approach"
+    assert command.rationale.cost_detour == math.inf
