@@ -102,7 +102,7 @@ def overlap(outline: shapely.Polygon, point: Array, radius: float) -> float:
     gap = outline.distance(here)
     if outline.contains(here):
         gap = -outline.exterior.distance(here)
-    return min(max(radius - gap, 0.0) / (2.0 * radius), 1.0)
+    return float(min(max(radius - gap, 0.0) / (2.0 * radius), 1.0))
 
 
 @pytest.mark.parametrize(
