@@ -123,10 +123,12 @@ def test_a_neighbour_just_beside_the_way_counts(beside_m: float, counts: bool) -
 
 def test_voi_pushes_what_was_left_on_the_goal() -> None:
     """No path leads there any more, whatever the coarser travel times say."""
-    task = make_task((1.0, 3.0), (5.0, 3.0))
-    box = sensed_box("a", 5.05, 3.0, length=0.2, width=0.4, scores=(0.01, 0.98, 0.01))
+    task = make_task((1.0, 3.0), (5.018, 3.005))
+    box = sensed_box("a", 5.102, 3.256, length=0.2, scores=(0.01, 0.98, 0.01))
+    observation = observe((4.0, 3.0), box)
     planner = BeaconVoi()
     planner.reset(task)
-    command = planner.act(observe((4.0, 3.0), box))
+    command = planner.act(observation)
+    assert math.isfinite(planner._times.from_point(observation.position_m))
     assert command.rationale.action == "approach"
     assert command.rationale.cost_detour == math.inf
