@@ -9,46 +9,46 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
-    from beacon_mj.conformance import check_planner as check_planner
-    from beacon_mj.episode import run_episode as run_episode
+    from beacon_mj.episode.conformance import check_planner as check_planner
+    from beacon_mj.episode.protocol import Protocol as Protocol
+    from beacon_mj.episode.run import run_episode as run_episode
+    from beacon_mj.episode.trace import Trace as Trace
     from beacon_mj.errors import BeaconError as BeaconError
-    from beacon_mj.eval.metrics import measure as measure
-    from beacon_mj.observation import Command as Command
-    from beacon_mj.observation import Observation as Observation
-    from beacon_mj.observation import Rationale as Rationale
-    from beacon_mj.observation import SensedObstacle as SensedObstacle
-    from beacon_mj.observation import Task as Task
+    from beacon_mj.eval.metrics.measure import measure as measure
+    from beacon_mj.interface import Command as Command
+    from beacon_mj.interface import Observation as Observation
+    from beacon_mj.interface import Rationale as Rationale
+    from beacon_mj.interface import SensedObstacle as SensedObstacle
+    from beacon_mj.interface import Task as Task
     from beacon_mj.planners.base import Planner as Planner
     from beacon_mj.planners.registry import load_planner as load_planner
     from beacon_mj.planners.registry import planner_names as planner_names
-    from beacon_mj.protocol import Protocol as Protocol
     from beacon_mj.scene import Scene as Scene
-    from beacon_mj.scene_checks import check_scene as check_scene
-    from beacon_mj.scene_files import load_scene as load_scene
+    from beacon_mj.scene.checks import check_scene as check_scene
+    from beacon_mj.scene.files import load_scene as load_scene
     from beacon_mj.scene_gen.generate import generate_scene as generate_scene
-    from beacon_mj.trace import Trace as Trace
     from beacon_mj.world import World as World
 
 _HOME = {
     "BeaconError": "beacon_mj.errors",
-    "Command": "beacon_mj.observation",
-    "Observation": "beacon_mj.observation",
+    "Command": "beacon_mj.interface",
+    "Observation": "beacon_mj.interface",
     "Planner": "beacon_mj.planners.base",
-    "Protocol": "beacon_mj.protocol",
-    "Rationale": "beacon_mj.observation",
+    "Protocol": "beacon_mj.episode.protocol",
+    "Rationale": "beacon_mj.interface",
     "Scene": "beacon_mj.scene",
-    "SensedObstacle": "beacon_mj.observation",
-    "Task": "beacon_mj.observation",
-    "Trace": "beacon_mj.trace",
+    "SensedObstacle": "beacon_mj.interface",
+    "Task": "beacon_mj.interface",
+    "Trace": "beacon_mj.episode.trace",
     "World": "beacon_mj.world",
-    "check_planner": "beacon_mj.conformance",
-    "check_scene": "beacon_mj.scene_checks",
+    "check_planner": "beacon_mj.episode.conformance",
+    "check_scene": "beacon_mj.scene.checks",
     "generate_scene": "beacon_mj.scene_gen.generate",
     "load_planner": "beacon_mj.planners.registry",
-    "load_scene": "beacon_mj.scene_files",
-    "measure": "beacon_mj.eval.metrics",
+    "load_scene": "beacon_mj.scene.files",
+    "measure": "beacon_mj.eval.metrics.measure",
     "planner_names": "beacon_mj.planners.registry",
-    "run_episode": "beacon_mj.episode",
+    "run_episode": "beacon_mj.episode.run",
 }
 __all__ = ["__version__", *_HOME]
 

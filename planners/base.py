@@ -3,7 +3,7 @@
 from abc import ABC, abstractmethod
 from typing import Any, ClassVar
 
-from beacon_mj.observation import Command, Observation, Task
+from beacon_mj.interface import Command, Observation, Task
 
 
 class Planner(ABC):

@@ -3,21 +3,21 @@
 from dataclasses import dataclass, fields
 from typing import ClassVar
 
-from beacon_mj.belief import BeliefMap, Likelihoods
-from beacon_mj.observation import Observation, Probabilities, Task
+from beacon_mj.interface import Observation, Probabilities, Task
+from beacon_mj.motion.detour import FreeRoute
 from beacon_mj.planners.checks import expect_between
-from beacon_mj.planners.contact_planner import ContactPlanner
-from beacon_mj.planners.decision import Decision, decide
-from beacon_mj.planners.free_route import FreeRoute
-from beacon_mj.planners.objective import (
+from beacon_mj.planners.contact.belief import BeliefMap, Likelihoods
+from beacon_mj.planners.contact.candidates import PushPlan
+from beacon_mj.planners.contact.decision import Decision, decide
+from beacon_mj.planners.contact.limits import PushLimits, careful_limits
+from beacon_mj.planners.contact.loop import ContactPlanner
+from beacon_mj.planners.contact.objective import (
     Candidate,
     Weights,
     detour_candidate,
     objective,
     push_candidate,
 )
-from beacon_mj.planners.push_candidates import PushPlan
-from beacon_mj.planners.push_limits import PushLimits, careful_limits
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

@@ -7,15 +7,15 @@ from typing import ClassVar
 
 import numpy as np
 
-from beacon_mj.belief import BeliefMap, Likelihoods
-from beacon_mj.observation import Command, Observation, Task
+from beacon_mj.interface import Command, Observation, Task
+from beacon_mj.motion.detour import FreeRoute
 from beacon_mj.planners.checks import expect_between
-from beacon_mj.planners.contact_planner import MOST_OPTIONS, ContactPlanner
-from beacon_mj.planners.decision import Decision
-from beacon_mj.planners.free_route import FreeRoute
-from beacon_mj.planners.push_candidates import PushPlan
-from beacon_mj.planners.push_limits import PushLimits, careful_limits
-from beacon_mj.planners.travel_times import TravelTimes
+from beacon_mj.planners.contact.belief import BeliefMap, Likelihoods
+from beacon_mj.planners.contact.candidates import PushPlan
+from beacon_mj.planners.contact.cost_to_go import TravelTimes
+from beacon_mj.planners.contact.decision import Decision
+from beacon_mj.planners.contact.limits import PushLimits, careful_limits
+from beacon_mj.planners.contact.loop import MOST_OPTIONS, ContactPlanner
 
 _CUT_OFF_S = 60.0  #: What it counts for if nothing is left after a failed push [s].
 

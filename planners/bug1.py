@@ -3,7 +3,7 @@
 import numpy as np
 
 from beacon_mj.geometry import Array
-from beacon_mj.planners.boundary import BoundaryPlanner
+from beacon_mj.planners.bug.boundary import BoundaryPlanner
 
 
 class Bug1(BoundaryPlanner):

@@ -4,8 +4,8 @@ import numpy as np
 import shapely
 
 from beacon_mj.geometry import Array
-from beacon_mj.observation import Task
-from beacon_mj.planners.boundary import BoundaryPlanner
+from beacon_mj.interface import Task
+from beacon_mj.planners.bug.boundary import BoundaryPlanner
 
 #: How much nearer to the goal than the hit point a leave point must be [m].
 _CLOSER_M = 0.001

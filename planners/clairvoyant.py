@@ -11,19 +11,19 @@ import numpy as np
 
 from beacon_mj.errors import PlannerError
 from beacon_mj.geometry import Array, Footprints
-from beacon_mj.observation import Command, Observation, Rationale, Task
+from beacon_mj.interface import Command, Observation, Rationale, Task
+from beacon_mj.motion.string_pulling import length
 from beacon_mj.planners.base import Planner
 from beacon_mj.planners.checks import expect_between
-from beacon_mj.planners.push_through import PushThrough
-from beacon_mj.planners.recovery import give_up
-from beacon_mj.planners.route_driver import (
+from beacon_mj.planners.oracle.push_routes import Way, gentle_touches, lines_through
+from beacon_mj.planners.oracle.route_follower import (
     RouteDriver,
     RouteDriverConfig,
     way_past,
 )
-from beacon_mj.planners.truth import Oracle, Rollout, TrueObstacle, Truth
-from beacon_mj.planners.ways_through import Way, gentle_touches, lines_through
-from beacon_mj.shortcut import length
+from beacon_mj.planners.oracle.truth import Oracle, Rollout, TrueObstacle, Truth
+from beacon_mj.planners.push_through import PushThrough
+from beacon_mj.planners.recovery import give_up
 
 #: Speeds of pushing that are tried, as shares of the limit.
 SPEED_SHARES = (1.0, 0.5, 0.2)

@@ -3,10 +3,10 @@
 from dataclasses import dataclass
 from typing import ClassVar
 
-from beacon_mj.observation import Command, Observation, Rationale, Task
+from beacon_mj.interface import Command, Observation, Rationale, Task
+from beacon_mj.motion.detour import FreeRoute
 from beacon_mj.planners.base import Planner
 from beacon_mj.planners.checks import expect, expect_between
-from beacon_mj.planners.free_route import FreeRoute
 from beacon_mj.planners.recovery import Recovery, give_up
 
 

@@ -5,9 +5,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from beacon_mj.following import follow, remainder
 from beacon_mj.geometry import Array, Footprints, Mask
-from beacon_mj.observation import (
+from beacon_mj.interface import (
     Command,
     Observation,
     Probabilities,
@@ -15,11 +14,12 @@ from beacon_mj.observation import (
     SensedObstacle,
     Task,
 )
+from beacon_mj.motion.path_tracking import follow, remainder
+from beacon_mj.motion.string_pulling import shorten
 from beacon_mj.planners.base import Planner
 from beacon_mj.planners.checks import expect_between
-from beacon_mj.planners.contact_map import ContactMap
+from beacon_mj.planners.contact.cost_map import ContactMap
 from beacon_mj.planners.recovery import Recovery, give_up
-from beacon_mj.shortcut import shorten
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

@@ -5,7 +5,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from beacon_mj.observation import Command, Observation, Rationale, Task
+from beacon_mj.interface import Command, Observation, Rationale, Task
 from beacon_mj.planners.base import Planner
 from beacon_mj.planners.checks import expect_between
 from beacon_mj.planners.recovery import STALL_RADIUS_M, give_up

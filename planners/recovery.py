@@ -3,7 +3,7 @@
 import numpy as np
 
 from beacon_mj.geometry import Array
-from beacon_mj.observation import Command, Observation, Rationale, Task
+from beacon_mj.interface import Command, Observation, Rationale, Task
 
 #: A robot that stays within this distance is not getting anywhere [m].
 STALL_RADIUS_M = 0.05

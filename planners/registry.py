@@ -1,11 +1,15 @@
 """Planners by name. A built-in one is imported when it is asked for, not before."""
 
+import importlib
+import importlib.util
+import inspect
+import sys
 from importlib.metadata import entry_points
 from pathlib import Path
+from types import ModuleType
 
 from beacon_mj.errors import PlannerError, unknown
 from beacon_mj.planners.base import Planner
-from beacon_mj.planners.loading import from_file, from_module
 
 GROUP = "beacon_mj.planners"  #: Entry-point group through which third parties join.
 #: The planners of the paper's Table II: what `all` stands for.
@@ -48,8 +52,54 @@ def load_planner(spec: str) -> tuple[str, type[Planner]]:
     """
     path, _, member = spec.rpartition(":")
     if path.endswith(".py"):
-        return member, from_file(spec, Path(path), member)
+        return member, _from_file(spec, Path(path), member)
     name, known = ALIASES.get(spec, spec), planner_names()
     if name not in known:
         raise PlannerError(unknown("planner", spec, [*known, *ALIASES]))
-    return name, from_module(spec, known[name])
+    return name, _from_module(spec, known[name])
+
+
+def _from_module(spec: str, target: str) -> type[Planner]:
+    """Return the class at `module:Class`; `spec` is how the user called it."""
+    module, _, name = target.partition(":")
+    try:
+        return _member(spec, importlib.import_module(module), name)
+    except ImportError as error:
+        raise PlannerError(f"Planner {spec!r} cannot be imported: {error}.") from error
+
+
+def _from_file(spec: str, path: Path, name: str) -> type[Planner]:
+    """Return class `name` of a Python file, whose folder need not be on the path."""
+    if not path.is_file():
+        raise PlannerError(f"{path}: expected a Python file but there is none.")
+    unique = f"beacon_mj_planner_{path.stem}"
+    found = importlib.util.spec_from_file_location(unique, path)
+    if found is None or found.loader is None:
+        raise PlannerError(f"{path}: expected a Python file with a planner.")
+    module = sys.modules[unique] = importlib.util.module_from_spec(found)
+    try:
+        found.loader.exec_module(module)
+    except (Exception, SystemExit) as error:
+        why = f"{type(error).__name__}: {error}".replace("\n", " ")
+        raise PlannerError(f"{path}: cannot be imported: {why}.") from error
+    return _member(spec, module, name)
+
+
+def _member(spec: str, module: ModuleType, name: str) -> type[Planner]:
+    found: object = getattr(module, name, None)
+    if not (inspect.isclass(found) and issubclass(found, Planner)):
+        planners = [n for n, value in vars(module).items() if _is_planner(value)]
+        raise PlannerError(f"{spec}: {unknown('planner class', name, planners)}")
+    missing = sorted(found.__abstractmethods__)
+    if not hasattr(found, "Config"):
+        missing.append("Config")
+    if missing:
+        raise PlannerError(
+            f"{spec}: expected a planner with reset(), act() and a Config dataclass "
+            f"but it lacks {', '.join(missing)}."
+        )
+    return found
+
+
+def _is_planner(value: object) -> bool:
+    return inspect.isclass(value) and issubclass(value, Planner) and value != Planner

@@ -11,8 +11,8 @@ import math
 import numpy as np
 import shapely
 
-from beacon_mj.geodesic import path_length, shortest_path
 from beacon_mj.geometry import Array, Footprints
+from beacon_mj.motion.visibility_graph import path_length, shortest_path
 from beacon_mj.scene import Certificate, Obstacle, Scene
 
 #: Share of the drive's limit that an obstacle must stay under to be called a door.

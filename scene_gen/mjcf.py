@@ -12,10 +12,9 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from beacon_mj import shapes
 from beacon_mj.constants import CLASSES
 from beacon_mj.mjcf_templates import ROOT
-from beacon_mj.scene import Obstacle, Robot, Scene, Surface
+from beacon_mj.scene import Obstacle, Robot, Scene, Surface, shapes
 
 TIMESTEP_S = 0.002  #: Physics step [s].
 WALL_M = (0.05, 0.1)  #: Half thickness and half height of the walls [m].

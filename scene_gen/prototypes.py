@@ -8,10 +8,10 @@ import mujoco
 import numpy as np
 import shapely
 
-from beacon_mj import shapes
 from beacon_mj.errors import TemplateError
 from beacon_mj.geometry import Array, convex_hull, core_centroid
-from beacon_mj.shapes import PrismKind, Shape
+from beacon_mj.scene import shapes
+from beacon_mj.scene.shapes import PrismKind, Shape
 
 #: Decimals kept of every length in a scene, so that files are the same everywhere.
 DECIMALS = 6

@@ -8,10 +8,10 @@ import numpy as np
 from beacon_mj.constants import CLASSES, GRAVITY, InteractionClass
 from beacon_mj.errors import GenerationError
 from beacon_mj.scene import Obstacle, Perceived, Robot
+from beacon_mj.scene.shapes import Capsule, Shape, Sphere
 from beacon_mj.scene_gen.certificates import DOOR_FORCE_SHARE
 from beacon_mj.scene_gen.family import Family
 from beacon_mj.scene_gen.prototypes import DECIMALS
-from beacon_mj.shapes import Capsule, Shape, Sphere
 
 #: A free obstacle needs at least this share of the drive's limit to count as too heavy;
 #: between `FEASIBLE` and this, whether it moves would hang on a per cent of friction.

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from beacon_mj.geometry import Array, Footprint, Footprints
-from beacon_mj.observation import Command, Observation, Task
+from beacon_mj.interface import Command, Observation, Task
 from beacon_mj.planners.base import Planner
 
 ROOM = (0.0, 0.0, 6.0, 6.0)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from beacon_mj.geometry import Array, Footprint, Footprints
-from beacon_mj.observation import Observation, Probabilities, SensedObstacle
+from beacon_mj.interface import Observation, Probabilities, SensedObstacle
 
 
 def box_footprint(x: float, y: float, length: float, width: float) -> Footprint:

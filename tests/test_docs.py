@@ -7,8 +7,9 @@ from pathlib import Path
 import pytest
 
 from beacon_mj.planners.registry import load_planner, planner_names
+from tests.repository import REPOSITORY
 
-DOCS = Path(__file__).parent.parent / "docs"
+DOCS = REPOSITORY / "docs"
 
 
 @pytest.mark.parametrize("name", sorted(planner_names()))

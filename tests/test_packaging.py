@@ -10,37 +10,38 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parent.parent
+from tests.repository import REPOSITORY
+
 LINKED = ("eval", "mjcf_templates", "planners", "scene_gen")
 
 
 def pyproject() -> dict[str, object]:
-    return tomllib.loads((ROOT / "pyproject.toml").read_text())
+    return tomllib.loads((REPOSITORY / "pyproject.toml").read_text())
 
 
 def test_listed_packages_are_those_of_the_tree() -> None:
     listed = pyproject()["tool"]["setuptools"]["packages"]  # type: ignore[index]
     found = {"beacon_mj"}
     for top in ("beacon_mj", *LINKED):
-        for init in (ROOT / top).rglob("__init__.py"):
-            parts = init.parent.relative_to(ROOT).parts
+        for init in (REPOSITORY / top).rglob("__init__.py"):
+            parts = init.parent.relative_to(REPOSITORY).parts
             found.add(".".join(parts if top == "beacon_mj" else ("beacon_mj", *parts)))
     assert sorted(listed) == sorted(found)
 
 
 @pytest.mark.parametrize("name", LINKED)
 def test_links_are_relative(name: str) -> None:
-    link = ROOT / "beacon_mj" / name
+    link = REPOSITORY / "beacon_mj" / name
     assert link.is_symlink()
     assert link.readlink() == Path("..") / name
 
 
 def test_constraints_match_the_lock_file() -> None:
-    lock = tomllib.loads((ROOT / "uv.lock").read_text())
+    lock = tomllib.loads((REPOSITORY / "uv.lock").read_text())
     locked = {(p["name"], p.get("version")) for p in lock["package"]}
     pins = [
         line.split(" ;")[0].strip().split("==")
-        for line in (ROOT / "constraints.txt").read_text().splitlines()
+        for line in (REPOSITORY / "constraints.txt").read_text().splitlines()
     ]
     assert len(pins) > 20
     assert {(name, version) for name, version in pins} <= locked
@@ -49,7 +50,7 @@ def test_constraints_match_the_lock_file() -> None:
 def test_import_contracts_hold() -> None:
     command = [sys.executable, "-c", "from importlinter.cli import lint_imports_command"
                " as c; c(standalone_mode=True)"]  # fmt: skip
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
+    done = subprocess.run(command, cwd=REPOSITORY, capture_output=True, text=True)
     assert "0 broken" in done.stdout, done.stdout + done.stderr
 
 
@@ -62,7 +63,9 @@ def test_a_planner_loads_without_the_simulator(name: str) -> None:
         " 'beacon_mj.scene_gen', 'beacon_mj.eval'} & set(sys.modules)\n"
         "sys.exit(f'imported {bad}' if bad else 0)"
     )
-    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True)
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=REPOSITORY, capture_output=True
+    )
     assert done.returncode == 0, done.stderr
 
 
@@ -71,7 +74,7 @@ def test_wheel_works_on_its_own(tmp_path: Path) -> None:
     """Build the wheel, install it without this checkout, and find the templates."""
     source = tmp_path / "source"  # Building leaves a folder behind in the source.
     skip = shutil.ignore_patterns(".*", "build", "runs", "*.egg-info", "__pycache__")
-    shutil.copytree(ROOT, source, symlinks=True, ignore=skip)
+    shutil.copytree(REPOSITORY, source, symlinks=True, ignore=skip)
     subprocess.run(
         [sys.executable, "-m", "build", "-q", "--wheel", "-o", tmp_path, source],
         check=True,
@@ -90,12 +93,12 @@ def test_wheel_works_on_its_own(tmp_path: Path) -> None:
         [python, "-m", "pip", "install", "-q", "--no-deps", wheel], check=True
     )
     code = (
-        "from beacon_mj.mjcf_templates import ROOT\n"
+        "from beacon_mj.mjcf_templates import REPOSITORY\n"
         "import beacon_mj.planners, sys\n"
-        "assert 'venv' in str(ROOT), ROOT\n"
-        "print(len(list(ROOT.rglob('*.xml'))))"
+        "assert 'venv' in str(REPOSITORY), REPOSITORY\n"
+        "print(len(list(REPOSITORY.rglob('*.xml'))))"
     )
     done = subprocess.run(
         [python, "-c", code], cwd=tmp_path, check=True, capture_output=True, text=True
     )
-    assert int(done.stdout) == len(list((ROOT / "mjcf_templates").rglob("*.xml")))
+    assert int(done.stdout) == len(list((REPOSITORY / "mjcf_templates").rglob("*.xml")))

@@ -8,8 +8,9 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parent.parent
-README = (ROOT / "README.md").read_text()
+from tests.repository import REPOSITORY
+
+README = (REPOSITORY / "README.md").read_text()
 #: The command that makes the published table takes minutes: run it in small.
 IN_SMALL = {"beacon-mj eval --planner all --out runs/table": " --episodes 1"}
 
@@ -21,7 +22,7 @@ def blocks(language: str) -> list[str]:
 def run(command: str, folder: Path) -> subprocess.CompletedProcess[str]:
     program = f"{sys.executable} -m beacon_mj "
     command = (command + IN_SMALL.get(command, "")).replace("beacon-mj ", program, 1)
-    environment = os.environ | {"PYTHONPATH": str(ROOT)}
+    environment = os.environ | {"PYTHONPATH": str(REPOSITORY)}
     return subprocess.run(
         command, shell=True, cwd=folder, env=environment, capture_output=True, text=True
     )
@@ -31,7 +32,7 @@ def run(command: str, folder: Path) -> subprocess.CompletedProcess[str]:
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder as a reader has it: the templates beside, and mine.py written."""
     folder = tmp_path_factory.mktemp("reader")
-    (folder / "mjcf_templates").symlink_to(ROOT / "mjcf_templates")
+    (folder / "mjcf_templates").symlink_to(REPOSITORY / "mjcf_templates")
     (folder / "mine.py").write_text(blocks("python")[1])
     return folder
 
@@ -58,7 +59,7 @@ def test_every_shell_command_runs(folder: Path) -> None:
 def test_the_python_example_runs(folder: Path) -> None:
     done = subprocess.run(
         [sys.executable, "-c", blocks("python")[0]],
-        cwd=folder, env=os.environ | {"PYTHONPATH": str(ROOT)},
+        cwd=folder, env=os.environ | {"PYTHONPATH": str(REPOSITORY)},
         capture_output=True, text=True,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
@@ -69,4 +70,4 @@ def test_the_python_example_runs(folder: Path) -> None:
 @pytest.mark.parametrize("link", sorted(set(re.findall(r"\]\(([^)#]+)\)", README))))
 def test_links_lead_somewhere(link: str) -> None:
     if not link.startswith("http"):
-        assert (ROOT / link).exists()
+        assert (REPOSITORY / link).exists()

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from beacon_mj.cli.progress import Update
-    from beacon_mj.eval.ablation import Effect
+    from beacon_mj.eval.studies.ablation import Effect
 
 LEGEND = (
     "A minus: without that part, as differences to the whole planner in the same\n"
@@ -50,8 +50,8 @@ def ablate(
     """
     import msgspec
 
-    from beacon_mj.eval.ablation import ablation_runs, run_ablation
-    from beacon_mj.eval.run_folder import free_name
+    from beacon_mj.eval.runs.run_folder import free_name
+    from beacon_mj.eval.studies.ablation import ablation_runs, run_ablation
 
     runs, refs = ablation_runs(planner, settings, family, episodes, seed, templates)
     folder = out or free_name(f"ablation-{planner.rpartition(':')[2]}")

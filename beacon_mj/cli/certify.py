@@ -12,7 +12,7 @@ from cyclopts import Parameter
 from beacon_mj.cli import FAILED, options
 
 if TYPE_CHECKING:
-    from beacon_mj.eval.row import Row
+    from beacon_mj.eval.metrics.row import Row
 
 HEADINGS = ("scenes", "clean", "steps", "path m", "energy J", "wall s")
 
@@ -38,7 +38,7 @@ def certify(
         Folder of scenes (*.json), such as `generate` writes.
     """
     from beacon_mj.cli.progress import progress
-    from beacon_mj.eval.certify import certification, certify_scenes
+    from beacon_mj.eval.studies.certify import certification, certify_scenes
 
     config, refs = certification(scenes, settings)
     rows: list[Row] = []
@@ -56,7 +56,7 @@ def _report(rows: list[Row]) -> int:
     from rich.table import Table
 
     from beacon_mj.cli.tables import console
-    from beacon_mj.eval.certify import verdict
+    from beacon_mj.eval.studies.certify import verdict
 
     table = Table("family", box=SIMPLE_HEAD)
     for name in HEADINGS:

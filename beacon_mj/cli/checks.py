@@ -62,8 +62,8 @@ def fidelity(*checks: str) -> int:
 
 def doctor() -> int:
     """Say which versions are here and what is missing; status 1 if something is."""
-    from beacon_mj.eval.scene_cache import cache_folder
-    from beacon_mj.eval.versions import versions
+    from beacon_mj.eval.runs.scene_cache import cache_folder
+    from beacon_mj.eval.runs.versions import versions
 
     found = versions()
     for name, version in found.items():

@@ -9,9 +9,9 @@ from rich.table import Table
 
 from beacon_mj.cli import FAILED
 from beacon_mj.cli.tables import console, plain_table
-from beacon_mj.eval.compare import Cell, Comparison, Difference, compare
-from beacon_mj.eval.gates import parse_gate, violations
-from beacon_mj.eval.pairing import Run, comparisons, load_run, match
+from beacon_mj.eval.statistics.compare import Cell, Comparison, Difference, compare
+from beacon_mj.eval.statistics.pairing import Run, comparisons, load_run, match
+from beacon_mj.eval.statistics.regression_gates import parse_gate, violations
 
 #: Columns of costs that a terminal has room for, with heading and digits.
 COSTS = {

@@ -12,15 +12,15 @@ from beacon_mj.cli.interrupts import status_of, terminable
 from beacon_mj.cli.progress import progress
 from beacon_mj.cli.tables import show
 from beacon_mj.errors import BeaconError, RunError
-from beacon_mj.eval import config as cfg
-from beacon_mj.eval.config import RunConfig, SceneRef
-from beacon_mj.eval.jobs import Job
-from beacon_mj.eval.row import Row
-from beacon_mj.eval.run_folder import RunFolder, free_name, load_config
-from beacon_mj.eval.runner import plan, run_jobs
-from beacon_mj.eval.shards import parse_shard, share
-from beacon_mj.eval.summary import summarize
-from beacon_mj.eval.versions import versions
+from beacon_mj.eval.metrics.row import Row
+from beacon_mj.eval.runs import config as cfg
+from beacon_mj.eval.runs.config import RunConfig, SceneRef
+from beacon_mj.eval.runs.jobs import Job
+from beacon_mj.eval.runs.run_folder import RunFolder, free_name, load_config
+from beacon_mj.eval.runs.runner import plan, run_jobs
+from beacon_mj.eval.runs.shards import parse_shard, share
+from beacon_mj.eval.runs.versions import versions
+from beacon_mj.eval.statistics.summary import summarize
 
 EPISODES = 100  #: Scenes per family unless the user says otherwise.
 
@@ -160,7 +160,7 @@ def _stream(
 ) -> Iterator[list[Row]]:
     """Return the rows as they come, from this machine or from a cluster."""
     if isinstance(workers, str):
-        from beacon_mj.eval.cluster import run_on_cluster
+        from beacon_mj.eval.runs.cluster import run_on_cluster
 
         return run_on_cluster(config, jobs, folder.path, workers)
     return run_jobs(config, jobs, folder.path, min(workers, len(jobs) or 1))

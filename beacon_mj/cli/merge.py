@@ -18,8 +18,8 @@ def merge(
     unfinished. The shards stay as they are.
     """
     from beacon_mj.cli.tables import show
-    from beacon_mj.eval.merge import merge as put_together
-    from beacon_mj.eval.summary import summarize
+    from beacon_mj.eval.statistics.summary import summarize
+    from beacon_mj.eval.studies.merge import merge as put_together
 
     rows = put_together(out, shards)
     show(summarize(rows))

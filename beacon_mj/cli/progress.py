@@ -5,7 +5,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 
-from beacon_mj.eval.row import Row
+from beacon_mj.eval.metrics.row import Row
 
 LINE_S = 10.0  #: Time between two plain lines [s].
 

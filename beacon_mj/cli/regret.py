@@ -10,8 +10,8 @@ from cyclopts import Parameter
 from beacon_mj.cli import options
 
 if TYPE_CHECKING:
-    from beacon_mj.eval.regret import Price
-    from beacon_mj.eval.row import Row
+    from beacon_mj.eval.metrics.row import Row
+    from beacon_mj.eval.studies.regret import Price
 
 LEGEND = (
     "Means over the scenes that all four runs solved, with 95 % intervals.\n"
@@ -38,7 +38,7 @@ def regret(
     near, and with uncertain classes.
     """
     from beacon_mj.cli.progress import progress
-    from beacon_mj.eval.regret import decompose, regret_runs, run_regret
+    from beacon_mj.eval.studies.regret import decompose, regret_runs, run_regret
 
     profile = perception or "noisy"
     runs, refs = regret_runs(

@@ -81,7 +81,7 @@ def replay(
 def _print_row(log: Path, *, json: bool) -> None:
     import msgspec
 
-    from beacon_mj.eval.metrics import measure
+    from beacon_mj.eval.metrics.measure import measure
     from beacon_mj.recording import read_trace
 
     row = measure(read_trace(log))

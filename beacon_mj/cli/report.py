@@ -43,7 +43,7 @@ def report(
     run
         A run folder, finished or not.
     """
-    from beacon_mj.eval.pairing import load_run
+    from beacon_mj.eval.statistics.pairing import load_run
 
     loaded = load_run(run)
     if tables is not None:

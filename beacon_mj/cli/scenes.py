@@ -88,7 +88,7 @@ def view(
         A scene's JSON file.
     """
     from beacon_mj.rendering import render_scene, view_scene
-    from beacon_mj.scene_files import load_scene
+    from beacon_mj.scene.files import load_scene
 
     found = load_scene(scene)
     if png is None:

@@ -63,7 +63,7 @@ def sweep(
     Selects by success rate, then by average energy, as the paper's Table III does.
     """
     from beacon_mj.cli.sweeping import run
-    from beacon_mj.eval.sweep import Request
+    from beacon_mj.eval.studies.sweep import Request
 
     request = Request(
         planner=planner,

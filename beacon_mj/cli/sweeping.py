@@ -13,11 +13,11 @@ from beacon_mj.cli.interrupts import status_of, terminable
 from beacon_mj.cli.progress import Update, progress
 from beacon_mj.cli.tables import console, plain_table
 from beacon_mj.errors import RunError
-from beacon_mj.eval.run_folder import free_name
-from beacon_mj.eval.summary import OVERALL
-from beacon_mj.eval.sweep import Request, Score
-from beacon_mj.eval.sweep_run import REQUEST, Gain, Line, Result, run_sweep
-from beacon_mj.eval.table_one import variant_name
+from beacon_mj.eval.runs.run_folder import free_name
+from beacon_mj.eval.statistics.summary import OVERALL
+from beacon_mj.eval.studies.parameter_grid import variant_name
+from beacon_mj.eval.studies.sweep import Request, Score
+from beacon_mj.eval.studies.sweep_run import REQUEST, Gain, Line, Result, run_sweep
 
 SHOWN = 15  #: Configurations in the table of the selection split.
 LEGEND = (

@@ -6,7 +6,7 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
-from beacon_mj.eval.summary import OUTCOMES, OVERALL
+from beacon_mj.eval.statistics.summary import OUTCOMES, OVERALL
 
 #: Of the columns after the planner's name.
 HEADINGS = (

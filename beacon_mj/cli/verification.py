@@ -9,7 +9,7 @@ from pathlib import Path
 
 from beacon_mj.cli import FAILED
 from beacon_mj.errors import LogError
-from beacon_mj.eval.verify import (
+from beacon_mj.eval.runs.verify import (
     logs_below,
     missing_logs,
     run_of,

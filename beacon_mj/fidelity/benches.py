@@ -6,7 +6,7 @@ import msgspec
 
 from beacon_mj.constants import InteractionClass
 from beacon_mj.scene import Certificate, Obstacle, Perceived, Robot, Scene, Surface
-from beacon_mj.shapes import Box, Shape
+from beacon_mj.scene.shapes import Box, Shape
 
 START_M = (1.0, 3.0)  #: Where the robot of a bench stands.
 SURFACE = Surface(rgba=(0.6, 0.6, 0.6, 1.0))

@@ -5,11 +5,10 @@ import math
 import mujoco
 import numpy as np
 
-from beacon_mj import shapes
 from beacon_mj.constants import CLASSES, GRAVITY
 from beacon_mj.fidelity.benches import bench, block, obstacle
 from beacon_mj.fidelity.row import Row
-from beacon_mj.scene import Obstacle, Scene
+from beacon_mj.scene import Obstacle, Scene, shapes
 from beacon_mj.scene_gen.generate import generate_scene
 from beacon_mj.world import World
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from beacon_mj import shapes
 from beacon_mj.fidelity.row import Row
+from beacon_mj.scene import shapes
 from beacon_mj.scene_gen.generate import generate_scene
 from beacon_mj.world import World
 

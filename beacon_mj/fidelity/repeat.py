@@ -12,8 +12,8 @@ import numpy as np
 
 from beacon_mj.fidelity.benches import bench, block, obstacle
 from beacon_mj.fidelity.row import Row
+from beacon_mj.scene.shapes import Sphere
 from beacon_mj.scene_gen.generate import generate_scene
-from beacon_mj.shapes import Sphere
 from beacon_mj.world import SimulationError, World
 
 STEPS = 120

@@ -4,11 +4,11 @@ from typing import Any
 
 import numpy as np
 
+from beacon_mj.episode.trace import StepRecord
 from beacon_mj.geometry import Array
-from beacon_mj.observation import Command, Observation, Rationale, SensedObstacle
+from beacon_mj.interface import Command, Observation, Rationale, SensedObstacle
 from beacon_mj.recording.drawing import ARENA, stamp
 from beacon_mj.recording.messages import message
-from beacon_mj.trace import StepRecord
 from beacon_mj.world import Damage, PairForce
 from beacon_mj.world.pushes import AttemptEnd
 

@@ -3,11 +3,11 @@
 from collections.abc import Iterator
 from typing import Any, Literal
 
-from beacon_mj.observation import Rationale
+from beacon_mj.episode.trace import StepRecord, Trace
+from beacon_mj.interface import Rationale
 from beacon_mj.recording.drawing import stamp
 from beacon_mj.recording.messages import message
 from beacon_mj.scene import Scene
-from beacon_mj.trace import StepRecord, Trace
 
 Level = Literal["DEBUG", "INFO", "WARNING", "ERROR"]
 

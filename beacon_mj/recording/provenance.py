@@ -12,7 +12,7 @@ import numpy as np
 
 from beacon_mj import __version__
 from beacon_mj.constants import WALL_CLOCK_COLUMNS
-from beacon_mj.trace import Trace
+from beacon_mj.episode.trace import Trace
 
 _PACKAGES = ("numpy", "numba", "shapely")
 

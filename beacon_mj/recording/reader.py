@@ -11,15 +11,15 @@ import numpy as np
 from google.protobuf.message import DecodeError
 from mcap.records import Attachment, Channel, McapRecord, Message, Metadata, Schema
 
+from beacon_mj.episode.protocol import Protocol
 from beacon_mj.errors import LogError, SceneError
 from beacon_mj.geometry import Array
-from beacon_mj.protocol import Protocol
 from beacon_mj.recording.container import Container
 from beacon_mj.recording.drawing import NS
 from beacon_mj.recording.messages import message
 from beacon_mj.recording.schemas import SCENE_NAME, TOPICS, WORLD_NAME
 from beacon_mj.scene import Scene
-from beacon_mj.scene_files import parse_scene
+from beacon_mj.scene.files import parse_scene
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -6,9 +6,10 @@ from typing import Any, get_args
 
 import numpy as np
 
+from beacon_mj.episode.trace import Outcome, StepRecord, Trace
 from beacon_mj.errors import LogError
 from beacon_mj.geometry import Array
-from beacon_mj.observation import (
+from beacon_mj.interface import (
     Action,
     Command,
     Evidence,
@@ -16,7 +17,6 @@ from beacon_mj.observation import (
     Rationale,
 )
 from beacon_mj.recording.reader import Log, read_log
-from beacon_mj.trace import Outcome, StepRecord, Trace
 from beacon_mj.world.outcome import Damage, Displacement, PairForce, StepOutcome
 from beacon_mj.world.pushes import AttemptEnd
 

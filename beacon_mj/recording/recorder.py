@@ -15,16 +15,16 @@ from typing import Any
 import numpy as np
 from mcap.records import Attachment, Channel, Metadata, Schema
 
+from beacon_mj.episode.trace import StepRecord, Trace
 from beacon_mj.errors import LogError, PlannerError
 from beacon_mj.geometry import Array, Footprint
-from beacon_mj.observation import Observation, Rationale
+from beacon_mj.interface import Observation, Rationale
 from beacon_mj.recording import drawing, encoding, events, provenance
 from beacon_mj.recording.container import PACKED
 from beacon_mj.recording.drawing import NS
 from beacon_mj.recording.messages import schema_data
 from beacon_mj.recording.schemas import SCENE_NAME, TOPICS, WORLD_NAME
 from beacon_mj.recording.writer import LogWriter
-from beacon_mj.trace import StepRecord, Trace
 from beacon_mj.world import World
 
 

@@ -17,9 +17,10 @@ from typing import Any
 import msgspec
 from mcap.records import Attachment, Channel, McapRecord, Message, Metadata
 
-from beacon_mj.episode import run_episode
+from beacon_mj.episode.run import run_episode
+from beacon_mj.episode.trace import StepRecord, Trace
 from beacon_mj.errors import LogError
-from beacon_mj.observation import Command, Observation, Rationale, Task
+from beacon_mj.interface import Command, Observation, Rationale, Task
 from beacon_mj.planners.base import Planner
 from beacon_mj.recording import provenance
 from beacon_mj.recording.container import Container
@@ -30,7 +31,6 @@ from beacon_mj.recording.rebuild import rebuild_trace
 from beacon_mj.recording.recorder import Recorder
 from beacon_mj.recording.schemas import TOPICS
 from beacon_mj.scene_gen.mjcf import scene_mjcf
-from beacon_mj.trace import StepRecord, Trace
 from beacon_mj.world import World
 
 Row = Callable[[Trace], Mapping[str, Any]]

@@ -24,7 +24,7 @@ from mcap.records import (
 )
 
 from beacon_mj.recording.container import MAGIC
-from beacon_mj.recording.whole_file import WholeFile, record_bytes
+from beacon_mj.recording.finalize import WholeFile, record_bytes
 
 #: A chunk is closed at this share of the bytes before it: what a cut may cost.
 CHUNK_SHARE = 1 / 3

@@ -18,13 +18,13 @@ def render_video(log_path: str | Path, out: str | Path, **options: Any) -> Path:
 
 
 def render_strip(log_path: str | Path, out: str | Path, **options: Any) -> Path:
-    """Write a PNG of a few moments; see `beacon_mj.rendering.strip.render_strip`."""
-    return Path(_load("strip").render_strip(log_path, out, **options))
+    """Write a PNG of some moments; see `beacon_mj.rendering.filmstrip.render_strip`."""
+    return Path(_load("filmstrip").render_strip(log_path, out, **options))
 
 
 def render_scene(scene: Scene, out: str | Path, **options: Any) -> Path:
-    """Write a PNG of a scene; see `beacon_mj.rendering.still.render_scene`."""
-    return Path(_load("still").render_scene(scene, out, **options))
+    """Write a PNG of a scene; see `beacon_mj.rendering.snapshot.render_scene`."""
+    return Path(_load("snapshot").render_scene(scene, out, **options))
 
 
 def plot_panel(log_path: str | Path, out: str | Path) -> Path:
@@ -33,8 +33,8 @@ def plot_panel(log_path: str | Path, out: str | Path) -> Path:
 
 
 def render_page(log_path: str | Path, out: str | Path, **options: Any) -> Path:
-    """Write a log as one HTML file; see `beacon_mj.rendering.page.render_page`."""
-    return Path(_load("page", "web").render_page(log_path, out, **options))
+    """Write a log as one HTML file; see `beacon_mj.rendering.html.render_page`."""
+    return Path(_load("html", "web").render_page(log_path, out, **options))
 
 
 def view_log(log_path: str | Path) -> None:
@@ -43,8 +43,8 @@ def view_log(log_path: str | Path) -> None:
 
 
 def view_scene(scene: Scene) -> None:
-    """Open the viewer on a scene; see `beacon_mj.rendering.still.view_scene`."""
-    _load("still").view_scene(scene)
+    """Open the viewer on a scene; see `beacon_mj.rendering.snapshot.view_scene`."""
+    _load("snapshot").view_scene(scene)
 
 
 def _load(module: str, extra: str = "video") -> Any:

@@ -12,16 +12,15 @@ from xml.sax.saxutils import escape
 import mujoco
 import numpy as np
 
-from beacon_mj import shapes
 from beacon_mj.constants import CLASSES
+from beacon_mj.episode.trace import Trace
 from beacon_mj.errors import LogError
 from beacon_mj.geometry import Array
 from beacon_mj.recording.reader import Log, read_log
 from beacon_mj.recording.rebuild import rebuild_trace
 from beacon_mj.rendering.files import replacing
-from beacon_mj.scene import Obstacle
+from beacon_mj.scene import Obstacle, shapes
 from beacon_mj.scene_gen.mjcf import scene_mjcf
-from beacon_mj.trace import Trace
 from beacon_mj.world.outcome import ROBOT
 
 PIXELS_PER_M = 100.0

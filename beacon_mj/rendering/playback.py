@@ -9,14 +9,14 @@ from typing import Any, Self
 
 import mujoco
 
+from beacon_mj.episode.trace import StepRecord
 from beacon_mj.geometry import Array
 from beacon_mj.recording.reader import Log
 from beacon_mj.recording.rebuild import rebuild_trace
+from beacon_mj.rendering.annotations import Marks
+from beacon_mj.rendering.colors import Paint
 from beacon_mj.rendering.gl import Canvas, Image, camera_over
-from beacon_mj.rendering.marks import Marks
-from beacon_mj.rendering.paint import Paint
 from beacon_mj.scene_gen.mjcf import scene_mjcf
-from beacon_mj.trace import StepRecord
 
 
 class Playback:

@@ -6,11 +6,11 @@ from pathlib import Path
 import av
 
 from beacon_mj.recording.reader import read_log
+from beacon_mj.rendering.captions import describe
 from beacon_mj.rendering.files import replacing
 from beacon_mj.rendering.gl import Image
 from beacon_mj.rendering.overlay import BAND_PIXELS, annotate
 from beacon_mj.rendering.playback import Playback
-from beacon_mj.rendering.words import describe
 
 HOLD_S = 1.5  #: How long the last picture stays [s].
 

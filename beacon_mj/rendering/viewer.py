@@ -9,11 +9,11 @@ import mujoco.viewer
 
 from beacon_mj.recording.reader import Log, read_log
 from beacon_mj.recording.rebuild import rebuild_trace
+from beacon_mj.rendering.annotations import Marks
+from beacon_mj.rendering.captions import describe
+from beacon_mj.rendering.colors import Paint
 from beacon_mj.rendering.gl import camera_over, check_display
-from beacon_mj.rendering.marks import Marks
-from beacon_mj.rendering.paint import Paint
 from beacon_mj.rendering.scrubber import HELP, Scrubber
-from beacon_mj.rendering.words import describe
 from beacon_mj.scene_gen.mjcf import scene_mjcf
 
 FRAME_S = 1.0 / 30.0

@@ -6,9 +6,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from beacon_mj import shapes
 from beacon_mj.geometry import Array, Footprint, Footprints
-from beacon_mj.scene import Scene
+from beacon_mj.scene import Scene, shapes
 
 _UPRIGHT = math.cos(math.radians(5.0))
 _TOPPLED = math.cos(math.radians(45.0))

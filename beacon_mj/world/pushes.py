@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from beacon_mj.geometry import Array
+from beacon_mj.interface import Evidence
 from beacon_mj.jit import kernel
-from beacon_mj.observation import Evidence
 from beacon_mj.world.contacts import FILTERED, FX, FY
 
 CONTACT_N = 1.0  #: Filtered force above which bumper and obstacle are in contact [N].

@@ -2,10 +2,10 @@
 
 import shlex
 
-from beacon_mj.eval.config import RunConfig
-from beacon_mj.eval.settings import Settings
+from beacon_mj.episode.protocol import Protocol
+from beacon_mj.eval.runs.config import RunConfig
+from beacon_mj.eval.runs.overrides import Settings
 from beacon_mj.planners.registry import COMPETITORS
-from beacon_mj.protocol import Protocol
 
 
 def command_of(config: RunConfig) -> str:

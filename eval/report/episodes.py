@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from beacon_mj import rendering
 from beacon_mj.errors import BeaconError
-from beacon_mj.eval.row import Row
+from beacon_mj.eval.metrics.row import Row
 
 
 class Panel(NamedTuple):

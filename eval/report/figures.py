@@ -13,9 +13,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from beacon_mj.eval.calibration import Reliability
-from beacon_mj.eval.row import Row
-from beacon_mj.eval.summary import OVERALL
+from beacon_mj.eval.metrics.row import Row
+from beacon_mj.eval.statistics.summary import OVERALL
+from beacon_mj.eval.studies.calibration import Reliability
 
 SIZE_IN = (4.6, 4.3)  #: Of one panel, legend included.
 INK, FAINT = "#1a1a1a", "#d0d0d0"

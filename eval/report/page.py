@@ -9,16 +9,7 @@ import msgspec
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from beacon_mj.errors import RunError, unknown
-from beacon_mj.eval.calibration import (
-    FIRST,
-    PUSHED_FIRST,
-    PUSHED_LAST,
-    Beliefs,
-    read_beliefs,
-    reliability,
-)
-from beacon_mj.eval.compare import Comparison, compare
-from beacon_mj.eval.pairing import Arm, Run, comparisons, default_baseline, match
+from beacon_mj.eval.metrics.row import Row
 from beacon_mj.eval.report import figures, tables
 from beacon_mj.eval.report.command import command_of
 from beacon_mj.eval.report.episodes import (
@@ -31,9 +22,24 @@ from beacon_mj.eval.report.episodes import (
     reasons,
     replay,
 )
-from beacon_mj.eval.row import Row
-from beacon_mj.eval.run_folder import TABLE
-from beacon_mj.eval.summary import summarize
+from beacon_mj.eval.runs.run_folder import TABLE
+from beacon_mj.eval.statistics.compare import Comparison, compare
+from beacon_mj.eval.statistics.pairing import (
+    Arm,
+    Run,
+    comparisons,
+    default_baseline,
+    match,
+)
+from beacon_mj.eval.statistics.summary import summarize
+from beacon_mj.eval.studies.calibration import (
+    FIRST,
+    PUSHED_FIRST,
+    PUSHED_LAST,
+    Beliefs,
+    read_beliefs,
+    reliability,
+)
 
 FOCUS = "beacon"  #: Planner whose episodes are shown, if the run has it.
 

@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from beacon_mj.errors import RunError
-from beacon_mj.eval.pairing import Run
 from beacon_mj.eval.report import tables
 from beacon_mj.eval.report.command import command_of
-from beacon_mj.eval.summary import OVERALL, summarize
+from beacon_mj.eval.statistics.pairing import Run
+from beacon_mj.eval.statistics.summary import OVERALL, summarize
 from beacon_mj.planners.registry import COMPETITORS
 from beacon_mj.rendering.files import replacing
 

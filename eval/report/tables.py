@@ -3,8 +3,8 @@
 from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
-from beacon_mj.eval.compare import Comparison, Cost, Difference, Improvement
-from beacon_mj.eval.summary import OUTCOMES, OVERALL
+from beacon_mj.eval.statistics.compare import Comparison, Cost, Difference, Improvement
+from beacon_mj.eval.statistics.summary import OUTCOMES, OVERALL
 from beacon_mj.planners.registry import ANCHORS, COMPETITORS
 
 NOTHING = "–"  # noqa: RUF001  An en dash, where there is nothing to say.

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from pytest_benchmark.fixture import BenchmarkFixture
 
-from beacon_mj.episode import run_episode
+from beacon_mj.episode.run import run_episode
 from beacon_mj.geometry import Array
 from beacon_mj.planners.registry import load_planner
 from beacon_mj.scene_gen.generate import generate_scene

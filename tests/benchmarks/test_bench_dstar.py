@@ -7,10 +7,10 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from beacon_mj.following import remainder
 from beacon_mj.geometry import Array, Footprint, Footprints
-from beacon_mj.grid_route import GridRoute
-from beacon_mj.shortcut import shorten
+from beacon_mj.motion.grid_route import GridRoute
+from beacon_mj.motion.path_tracking import remainder
+from beacon_mj.motion.string_pulling import shorten
 from tests.kinematics import box, disc, make_task
 
 COMPILED = os.environ.get("NUMBA_DISABLE_JIT", "0") == "0"

@@ -11,12 +11,12 @@ from pathlib import Path
 import pytest
 from pytest_benchmark.fixture import BenchmarkFixture
 
-from beacon_mj.episode import run_episode
-from beacon_mj.observation import Observation
+from beacon_mj.episode.run import run_episode
+from beacon_mj.episode.trace import StepRecord, Trace
+from beacon_mj.interface import Observation
 from beacon_mj.planners.registry import load_planner
 from beacon_mj.recording import Recorder
 from beacon_mj.scene_gen.generate import generate_scene
-from beacon_mj.trace import StepRecord, Trace
 from beacon_mj.world import World
 from tests.worlds import FAMILIES
 

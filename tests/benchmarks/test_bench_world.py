@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from pytest_benchmark.fixture import BenchmarkFixture
 
+from beacon_mj.episode.protocol import Protocol
+from beacon_mj.episode.sensor import Sensor
 from beacon_mj.fidelity.benches import bench, block
-from beacon_mj.protocol import Protocol
-from beacon_mj.sensing import Sensor
 from beacon_mj.world import World
 from tests.worlds import cached_scene
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from beacon_mj.cli import BAD_INPUT, FAILED, run
-from beacon_mj.scene_files import load_scene
+from beacon_mj.scene.files import load_scene
 from beacon_mj.scene_gen.generate import generate_scene
 
 SEED = 4000  # Neither the tuning nor the reported scenes.

@@ -16,13 +16,13 @@ import pytest
 from beacon_mj import __version__, cli
 from beacon_mj.cli import options
 from beacon_mj.cli.app import COMMANDS
-from beacon_mj.eval.run_folder import load_rows
+from beacon_mj.eval.runs.run_folder import load_rows
 from beacon_mj.scene import PROFILES
-from beacon_mj.scene_files import load_scene
+from beacon_mj.scene.files import load_scene
 from beacon_mj.scene_gen.generate import generate_scene
-from tests.eval.test_runner import HOSTILE, timeless
+from tests.eval.runs.test_runner import HOSTILE, timeless
+from tests.repository import REPOSITORY
 
-REPOSITORY = Path(__file__).parents[2]
 SMALL = ["--family", "sparse", "--episodes", "1", "--workers", "1", "--log", "none"]
 
 

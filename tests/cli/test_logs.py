@@ -6,7 +6,7 @@ from xml.etree import ElementTree
 import pytest
 
 from beacon_mj import cli
-from beacon_mj.protocol import Protocol
+from beacon_mj.episode.protocol import Protocol
 from beacon_mj.recording import read_log
 from tests.recording.samples import record
 

@@ -9,7 +9,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from beacon_mj.observation import Command, Observation, Task
+from beacon_mj.interface import Command, Observation, Task
 from beacon_mj.planners.base import Planner
 
 

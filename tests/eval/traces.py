@@ -5,11 +5,11 @@ from typing import Any
 
 import numpy as np
 
-from beacon_mj.observation import Command, Evidence, Probabilities, Rationale
-from beacon_mj.protocol import Protocol
+from beacon_mj.episode.protocol import Protocol
+from beacon_mj.episode.trace import Outcome, StepRecord, Trace
+from beacon_mj.interface import Command, Evidence, Probabilities, Rationale
 from beacon_mj.scene import Certificate, Obstacle, Perceived, Robot, Scene, Surface
-from beacon_mj.shapes import Box
-from beacon_mj.trace import Outcome, StepRecord, Trace
+from beacon_mj.scene.shapes import Box
 from beacon_mj.world.outcome import Damage, Displacement, PairForce, StepOutcome
 from beacon_mj.world.pushes import AttemptEnd
 

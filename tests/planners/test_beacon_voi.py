@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from beacon_mj.episode import run_episode
+from beacon_mj.episode.run import run_episode
 from beacon_mj.errors import PlannerError
-from beacon_mj.observation import PushEvidence
+from beacon_mj.interface import PushEvidence
 from beacon_mj.planners.beacon_voi import BeaconVoi, BeaconVoiConfig
-from beacon_mj.planners.travel_times import TravelTimes
+from beacon_mj.planners.contact.cost_to_go import TravelTimes
 from beacon_mj.scene_gen.generate import generate_scene
 from tests.kinematics import make_task
 from tests.sensed import observe, sensed_box

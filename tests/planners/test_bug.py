@@ -10,11 +10,11 @@ from hypothesis import strategies as st
 
 from beacon_mj.errors import PlannerError
 from beacon_mj.geometry import Array, Footprint, Footprints
-from beacon_mj.observation import Task
-from beacon_mj.planners.boundary import BoundaryPlanner, BugConfig
+from beacon_mj.interface import Task
+from beacon_mj.planners.bug.boundary import BoundaryPlanner, BugConfig
+from beacon_mj.planners.bug.free_space import Contour, FreeSpace
 from beacon_mj.planners.bug1 import Bug1
 from beacon_mj.planners.bug2 import Bug2
-from beacon_mj.planners.contour import Contour, FreeSpace
 from tests.kinematics import Run, box, disc, drive, make_task
 
 ROOM = (0.0, 0.0, 4.0, 3.0)

@@ -8,30 +8,30 @@ import msgspec
 import numpy as np
 import pytest
 
-from beacon_mj.episode import run_episode
+from beacon_mj.episode.protocol import Protocol
+from beacon_mj.episode.rollout import truth_about
+from beacon_mj.episode.run import run_episode
+from beacon_mj.episode.trace import Trace
 from beacon_mj.errors import PlannerError
-from beacon_mj.eval.guarded import Guarded
-from beacon_mj.eval.metrics import measure
-from beacon_mj.eval.row import Row
-from beacon_mj.observation import Command, Observation, Task
+from beacon_mj.eval.metrics.measure import measure
+from beacon_mj.eval.metrics.row import Row
+from beacon_mj.eval.runs.sandbox import Guarded
+from beacon_mj.interface import Command, Observation, Task
 from beacon_mj.planners.base import Planner
 from beacon_mj.planners.beacon import Beacon
 from beacon_mj.planners.clairvoyant import Clairvoyant, ClairvoyantConfig
 from beacon_mj.planners.dstar_lite import DStarLitePlanner
-from beacon_mj.planners.push_through import PushThrough
-from beacon_mj.planners.truth import TrueObstacle
-from beacon_mj.planners.ways_through import (
+from beacon_mj.planners.oracle.push_routes import (
     STANDOFF_M,
     Way,
     gentle_touches,
     lines_through,
 )
-from beacon_mj.protocol import Protocol
-from beacon_mj.rehearsal import truth_about
+from beacon_mj.planners.oracle.truth import TrueObstacle
+from beacon_mj.planners.push_through import PushThrough
 from beacon_mj.scene import Scene
 from beacon_mj.scene_gen.generate import generate_scene
 from beacon_mj.scene_gen.perception import perceive
-from beacon_mj.trace import Trace
 from tests.kinematics import box, make_task
 
 SEED = 4000  # Neither the tuning nor the reported scenes.

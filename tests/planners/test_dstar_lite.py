@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from beacon_mj.errors import PlannerError
 from beacon_mj.geometry import Array, Footprint, Footprints
-from beacon_mj.grid_search import DStarLite, dijkstra
+from beacon_mj.motion.dstar_lite import DStarLite, dijkstra
 from beacon_mj.planners.dstar_lite import DStarLiteConfig, DStarLitePlanner
 from tests.kinematics import box, disc, drive, make_task, observe
 

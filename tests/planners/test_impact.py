@@ -7,9 +7,9 @@ import msgspec
 import numpy as np
 import pytest
 
-from beacon_mj.episode import run_episode
+from beacon_mj.episode.run import run_episode
 from beacon_mj.errors import PlannerError
-from beacon_mj.observation import Command, Probabilities, SensedObstacle
+from beacon_mj.interface import Command, Probabilities, SensedObstacle
 from beacon_mj.planners.base import Planner
 from beacon_mj.planners.impact import Impact, ImpactConfig
 from beacon_mj.planners.push_through import PushThrough

@@ -7,19 +7,20 @@ from typing import Any
 import numpy as np
 import pytest
 
-from beacon_mj.conformance import check_planner
+from beacon_mj.episode.conformance import check_planner
 from beacon_mj.errors import PlannerError, RunError
-from beacon_mj.eval.config import planner_entries
-from beacon_mj.eval.settings import configure, parse_settings
-from beacon_mj.observation import Command, Observation, Rationale
+from beacon_mj.eval.runs.config import planner_entries
+from beacon_mj.eval.runs.overrides import configure, parse_settings
+from beacon_mj.interface import Command, Observation, Rationale
 from beacon_mj.planners import registry
 from beacon_mj.planners.base import Planner
 from beacon_mj.planners.dstar_lite import DStarLitePlanner
 from beacon_mj.planners.push_through import PushThrough, PushThroughConfig
 from beacon_mj.planners.registry import load_planner, planner_names
+from tests.repository import REPOSITORY
 from tests.worlds import cached_scene
 
-HOSTILE = Path(__file__).parents[1] / "eval" / "hostile.py"
+HOSTILE = REPOSITORY / "tests" / "eval" / "hostile.py"
 NAMES = sorted(registry.COMPETITORS | registry.ANCHORS)
 
 

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import pytest
 
-from beacon_mj.trace import Trace
+from beacon_mj.episode.trace import Trace
 from tests.recording.samples import record, scene_with_damage
 
 

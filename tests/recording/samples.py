@@ -9,15 +9,15 @@ import numpy as np
 from mcap.records import Attachment, Channel, McapRecord, Message, Metadata, Schema
 from mcap.writer import Writer
 
-from beacon_mj.episode import run_episode
-from beacon_mj.observation import Command, Observation, Rationale, Task
+from beacon_mj.episode.protocol import Protocol
+from beacon_mj.episode.run import run_episode
+from beacon_mj.episode.trace import Trace
+from beacon_mj.interface import Command, Observation, Rationale, Task
 from beacon_mj.planners.base import Planner
-from beacon_mj.protocol import Protocol
 from beacon_mj.recording import Recorder
 from beacon_mj.recording.container import Container
 from beacon_mj.scene import Scene
 from beacon_mj.scene_gen.generate import generate_scene
-from beacon_mj.trace import Trace
 
 
 class PushThrough(Planner):

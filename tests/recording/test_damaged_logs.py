@@ -22,6 +22,7 @@ from beacon_mj.recording.container import MAGIC, MAX_CHUNK_BYTES
 from beacon_mj.recording.schemas import TOPICS
 from tests.recording.conftest import Sample
 from tests.recording.samples import difference, rewrite
+from tests.repository import REPOSITORY
 
 
 def _chunks(data: bytes) -> list[tuple[int, int]]:
@@ -104,7 +105,7 @@ def test_finished_log_without_its_result_is_unfinished(
 _CHILD = """
 import sys, time
 from pathlib import Path
-from beacon_mj.episode import run_episode
+from beacon_mj.episode.run import run_episode
 from beacon_mj.recording import Recorder
 from beacon_mj.scene_gen.generate import generate_scene
 from tests.recording.samples import PushThrough
@@ -128,7 +129,7 @@ def test_sigkill_costs_at_most_the_last_simulated_second(
     path = tmp_path / "x.mcap"
     child = subprocess.Popen(
         [sys.executable, "-c", _CHILD, str(path)],
-        cwd=Path(__file__).parents[2],
+        cwd=REPOSITORY,
         stdout=subprocess.PIPE,
         text=True,
     )
@@ -250,6 +251,6 @@ def _world(sample: Sample):  # type: ignore[no-untyped-def]
 
 
 def _observation(sample: Sample):  # type: ignore[no-untyped-def]
-    from beacon_mj.sensing import Sensor
+    from beacon_mj.episode.sensor import Sensor
 
     return Sensor(_world(sample), sample.trace.protocol).observe(None, 1.0)

@@ -11,19 +11,19 @@ from pathlib import Path
 
 import pytest
 
+from beacon_mj.episode.trace import StepRecord
 from beacon_mj.errors import LogError
 from beacon_mj.recording import read_log, read_trace
-from beacon_mj.trace import StepRecord
 from tests.recording.samples import PushThrough, difference
+from tests.repository import REPOSITORY
 
 EPISODES, STEPS = 4, 60
 SECOND = 10  #: Control steps of one simulated second.
-ROOT = Path(__file__).parents[2]
 CHILD = f"""
 import sys, time
 from pathlib import Path
-from beacon_mj.episode import run_episode
-from beacon_mj.protocol import Protocol
+from beacon_mj.episode.run import run_episode
+from beacon_mj.episode.protocol import Protocol
 from beacon_mj.recording import Recorder
 from beacon_mj.scene_gen.generate import generate_scene
 from tests.recording.samples import PushThrough
@@ -47,8 +47,8 @@ KILLS = [0, 1, *(pytest.param(k, marks=pytest.mark.slow) for k in range(2, 20))]
 @pytest.fixture(scope="module")
 def live() -> list[list[StepRecord]]:
     """What the child's episodes are, step by step."""
-    from beacon_mj.episode import run_episode
-    from beacon_mj.protocol import Protocol
+    from beacon_mj.episode.protocol import Protocol
+    from beacon_mj.episode.run import run_episode
     from beacon_mj.scene_gen.generate import generate_scene
 
     protocol = Protocol(max_steps=STEPS)
@@ -60,7 +60,7 @@ def _killed(folder: Path, rng: random.Random) -> dict[str, int]:
     """Run a child and kill it; return the steps it had written, by log."""
     child = subprocess.Popen(
         [sys.executable, "-c", CHILD, str(folder)],
-        cwd=ROOT,
+        cwd=REPOSITORY,
         stdout=subprocess.PIPE,
         text=True,
     )

@@ -1,6 +1,5 @@
 """Our Foxglove messages are Foxglove's; our own are documented."""
 
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -8,6 +7,7 @@ from google.protobuf import descriptor_pb2
 
 from beacon_mj.recording.messages import message, schema_data
 from beacon_mj.recording.schemas import BEACON, TOPICS
+from tests.repository import REPOSITORY
 
 
 def _files(data: bytes) -> dict[str, Any]:
@@ -41,7 +41,7 @@ def test_message_round_trips_empty_and_has_schema(name: str) -> None:
 
 
 def test_every_topic_and_field_is_documented() -> None:
-    text = (Path(__file__).parents[2] / "docs" / "logs.md").read_text()
+    text = (REPOSITORY / "docs" / "logs.md").read_text()
     for topic, name in TOPICS.items():
         assert f"`{topic}`" in text, topic
         assert f"`{name}`" in text, name

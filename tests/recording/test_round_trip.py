@@ -8,9 +8,9 @@ import pytest
 from mcap.reader import make_reader
 from mcap_protobuf.decoder import DecoderFactory
 
-from beacon_mj.episode import run_episode
+from beacon_mj.episode.protocol import Protocol
+from beacon_mj.episode.run import run_episode
 from beacon_mj.planners.base import Planner
-from beacon_mj.protocol import Protocol
 from beacon_mj.recording import Recorder, read_log, read_trace
 from beacon_mj.recording.schemas import TOPICS
 from beacon_mj.world import World

@@ -7,13 +7,14 @@ import mujoco
 import numpy as np
 import pytest
 
-from beacon_mj import shapes
 from beacon_mj.errors import GenerationError, TemplateError
 from beacon_mj.mjcf_templates import ROOT
+from beacon_mj.scene import shapes
 from beacon_mj.scene_gen.family import NUMERICS, family_paths, load_family, read_family
 from beacon_mj.scene_gen.generate import generate_scene
 from beacon_mj.scene_gen.mjcf import scene_mjcf
 from beacon_mj.world import World
+from tests.repository import REPOSITORY
 
 CHAIR = """
 <mujoco model="chair">
@@ -243,7 +244,7 @@ def test_a_link_out_of_the_template_folder_is_not_followed(tmp_path: Path) -> No
 
 
 def test_every_numeric_of_the_shipped_families_is_documented() -> None:
-    text = (Path(__file__).parents[2] / "docs" / "families.md").read_text()
+    text = (REPOSITORY / "docs" / "families.md").read_text()
     missing = [name for name in NUMERICS if f"`{name}`" not in text]
     assert not missing
 

@@ -9,10 +9,9 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
-from beacon_mj import shapes
 from beacon_mj.errors import GenerationError, SceneError, TemplateError
-from beacon_mj.scene import Obstacle, Scene
-from beacon_mj.scene_checks import check_scene
+from beacon_mj.scene import Obstacle, Scene, shapes
+from beacon_mj.scene.checks import check_scene
 from beacon_mj.scene_gen import generate
 from beacon_mj.scene_gen.certificates import certify, door_candidates
 from beacon_mj.scene_gen.family import load_family

@@ -11,8 +11,8 @@ import pytest
 
 from beacon_mj.fidelity.benches import bench, block
 from beacon_mj.scene import Robot
+from beacon_mj.scene.shapes import Capsule, Prism, Sphere
 from beacon_mj.scene_gen.mjcf import scene_mjcf
-from beacon_mj.shapes import Capsule, Prism, Sphere
 from beacon_mj.world import World
 from tests.worlds import FAMILIES, cached_scene
 

@@ -7,8 +7,8 @@ import pytest
 from beacon_mj.constants import CLASSES, InteractionClass
 from beacon_mj.fidelity.benches import bench, obstacle
 from beacon_mj.scene import Obstacle, Profile, Scene
+from beacon_mj.scene.shapes import Cylinder
 from beacon_mj.scene_gen.perception import BASE_RATES, MATERIAL_ERROR, perceive
-from beacon_mj.shapes import Cylinder
 from beacon_mj.streams import stream
 from tests.worlds import cached_scene
 

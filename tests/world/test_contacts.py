@@ -6,7 +6,7 @@ import pytest
 
 from beacon_mj.fidelity.benches import START_M, bench, block, obstacle
 from beacon_mj.scene import Scene
-from beacon_mj.shapes import Box, Cylinder
+from beacon_mj.scene.shapes import Box, Cylinder
 from beacon_mj.world import World
 from beacon_mj.world.contacts import PairTable, find_damage
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from beacon_mj.fidelity.benches import START_M, bench, block, obstacle
-from beacon_mj.shapes import Box
+from beacon_mj.scene.shapes import Box
 from beacon_mj.world import StepOutcome, World
 from beacon_mj.world.pushes import AttemptEnd
 

@@ -7,11 +7,10 @@ import numpy as np
 import pytest
 import shapely
 
-from beacon_mj import shapes
 from beacon_mj.errors import SceneError
 from beacon_mj.fidelity.benches import START_M, bench, block, obstacle
-from beacon_mj.scene import Robot, Scene
-from beacon_mj.shapes import Sphere
+from beacon_mj.scene import Robot, Scene, shapes
+from beacon_mj.scene.shapes import Sphere
 from beacon_mj.world import SimulationError, StepOutcome, World
 from tests.worlds import cached_scene, drive
 

@@ -1,0 +1,80 @@
+"""Telling an oracle the truth about a scene, with a copy of the world to try it in."""
+
+import math
+from collections.abc import Callable
+from functools import cached_property
+
+import msgspec
+import numpy as np
+
+from beacon_mj.episode.protocol import Protocol
+from beacon_mj.episode.trace import Trace
+from beacon_mj.planners.base import Planner
+from beacon_mj.planners.oracle.truth import Rollout, TrueObstacle, Truth
+from beacon_mj.scene import Obstacle, Scene
+from beacon_mj.scene_gen.perception import perceive
+from beacon_mj.world import World
+
+#: Range of the sensor in a rehearsal: everything is seen from the start [m].
+EVERYTHING_M = 100.0
+
+
+def truth_about(scene: Scene, protocol: Protocol, run: Callable[..., Trace]) -> Truth:
+    """Return the truth about a scene.
+
+    Args:
+        scene: The scene.
+        protocol: How the episode is run.
+        run: `beacon_mj.episode.run.run_episode`, which rehearses.
+    """
+    return Truth(
+        obstacles=tuple(_true(o) for o in scene.obstacles),
+        rehearse=_Stage(scene, protocol, run).rehearse,
+    )
+
+
+class _Stage:
+    """A copy of the world, built when it is first used."""
+
+    def __init__(
+        self, scene: Scene, protocol: Protocol, run: Callable[..., Trace]
+    ) -> None:
+        self._scene = perceive(scene, "truth", scene.seed)
+        self._protocol = msgspec.structs.replace(
+            protocol,
+            sensing_radius_m=EVERYTHING_M,
+            occlusion=False,
+            pose_noise_m=0.0,
+            missed_detection=0.0,
+        )
+        self._run = run
+
+    @cached_property
+    def _world(self) -> World:
+        return World(self._scene, self._protocol.timestep_s)
+
+    def rehearse(self, planner: Planner) -> Rollout:
+        """Run an episode in the copy."""
+        trace = self._run(
+            self._scene, planner, protocol=self._protocol, world=self._world
+        )
+        velocities = [r.command.velocity_mps for r in trace.steps]
+        positions = [trace.start_m, *(r.outcome.position_m for r in trace.steps)]
+        return Rollout(
+            reached=trace.outcome == "reached",
+            broken=tuple(d.obstacle for r in trace.steps for d in r.outcome.damages),
+            velocities_mps=np.array(velocities).reshape(-1, 2),
+            positions_m=np.array(positions),
+            detail=trace.detail,
+        )
+
+
+def _true(o: Obstacle) -> TrueObstacle:
+    return TrueObstacle(
+        id=o.id,
+        footprint=o.footprint,
+        interaction=o.interaction,
+        mass_kg=o.mass_kg,
+        breakaway_force_n=o.breakaway_force_n,
+        break_force_n=math.inf if o.break_force_n is None else o.break_force_n,
+    )

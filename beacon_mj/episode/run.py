@@ -1,0 +1,222 @@
+"""The execution loop of one episode (paper II.I)."""
+
+import time
+from collections.abc import Callable, Sequence
+from typing import Protocol as Interface
+from typing import TypeVar
+
+import numpy as np
+
+from beacon_mj.episode.protocol import Protocol, battery_slope
+from beacon_mj.episode.rollout import truth_about
+from beacon_mj.episode.sensor import Sensor
+from beacon_mj.episode.trace import Outcome, StepRecord, Trace
+from beacon_mj.errors import PlannerError
+from beacon_mj.interface import Command, Observation, Task
+from beacon_mj.planners.base import Planner
+from beacon_mj.planners.oracle.truth import Oracle
+from beacon_mj.scene import Scene
+from beacon_mj.world import SimulationError, StepOutcome, World
+
+
+class Listener(Interface):
+    """Something that follows an episode while it runs, such as a recorder."""
+
+    def begin(self, trace: Trace, world: World, observation: Observation) -> None:
+        """Take note of the start, before the first decision."""
+
+    def step(self, record: StepRecord, world: World, observation: Observation) -> None:
+        """Take note of one control step and the observation after it."""
+
+    def end(self, trace: Trace) -> None:
+        """Take note of the end; `trace.outcome` is set."""
+
+
+class PlannerFailure(Exception):
+    """A planner raised, or returned something that is no command."""
+
+
+def make_task(scene: Scene, protocol: Protocol, seed: int) -> Task:
+    """Return what a planner is told about a scene before the first step."""
+    robot = scene.robot
+    return Task(
+        workspace_m=scene.workspace_m,
+        start_m=np.array(scene.start_m),
+        goal_m=np.array(scene.goal_m),
+        radius_m=robot.radius_m,
+        mass_kg=robot.mass_kg,
+        speed_mps=robot.speed_mps,
+        force_max_n=robot.force_max_n,
+        bumper_stiffness_npm=robot.bumper_stiffness_npm,
+        control_period_s=robot.control_period_s,
+        goal_tolerance_m=protocol.goal_tolerance_m,
+        sensing_radius_m=protocol.sensing_radius_m,
+        max_steps=protocol.max_steps,
+        motion_cost_jpm=protocol.motion_cost(scene),
+        seed=seed,
+    )
+
+
+def run_episode(
+    scene: Scene,
+    planner: Planner,
+    name: str = "planner",
+    protocol: Protocol | None = None,
+    seed: int = 0,
+    listeners: Sequence[Listener] = (),
+    world: World | None = None,
+) -> Trace:
+    """Run one episode to its end.
+
+    Args:
+        scene: The world to cross.
+        planner: Who decides.
+        name: The planner's name in results.
+        protocol: How the episode is run; the default protocol if None.
+        seed: The planner's seed.
+        listeners: Recorders and displays.
+        world: A world of the same scene to reuse; it is reset first.
+
+    Returns:
+        The trace. A planner that fails, or a simulation that diverges, ends its
+        episode with an outcome that says so; nothing is raised for it.
+    """
+    began = time.perf_counter()
+    protocol = Protocol() if protocol is None else protocol
+    if world is None:
+        world = World(scene, protocol.timestep_s)
+    else:
+        world.reset()
+    if isinstance(planner, Oracle):
+        planner.set_truth(truth_about(scene, protocol, run_episode))
+    sensor = Sensor(world, protocol)
+    observation = sensor.observe(None, 1.0)
+    trace = Trace(
+        planner=name,
+        scene=scene,
+        protocol=protocol,
+        start_m=world.position_m,
+        first_sensed=tuple(o.id for o in observation.obstacles),
+    )
+    for listener in listeners:
+        listener.begin(trace, world, observation)
+    loop = _Loop(trace, planner, world, sensor, listeners)
+    trace.outcome = loop.run(make_task(scene, protocol, seed), observation)
+    trace.wall_time_s = time.perf_counter() - began
+    for listener in listeners:
+        listener.end(trace)
+    return trace
+
+
+T = TypeVar("T")
+A = TypeVar("A")
+
+
+def _guarded(method: Callable[[A], T], argument: A) -> T:
+    """Call the planner; whatever it raises costs its own episode and no more."""
+    try:
+        return method(argument)
+    except Exception as error:
+        raise PlannerFailure(f"{type(error).__name__}: {error}") from error
+
+
+class _Loop:
+    """The state of one running episode."""
+
+    def __init__(
+        self,
+        trace: Trace,
+        planner: Planner,
+        world: World,
+        sensor: Sensor,
+        listeners: Sequence[Listener],
+    ) -> None:
+        self.trace = trace
+        self.planner = planner
+        self.world = world
+        self.sensor = sensor
+        self.listeners = listeners
+        self.battery = 1.0
+        self.slope = battery_slope(trace.scene)
+        self.positions = [trace.start_m]
+
+    def run(self, task: Task, observation: Observation) -> Outcome:
+        """Step until the episode ends; return how."""
+        try:
+            _guarded(self.planner.reset, task)
+            while True:
+                command, seconds = self._decide(observation)
+                if command.give_up:
+                    self.trace.detail = command.rationale.reason
+                    return "gave_up"
+                outcome = self.world.step(command.velocity_mps)
+                observation = self._record(command, outcome, seconds, observation)
+                if (end := self._ended(task)) is not None:
+                    return end
+        except SimulationError as error:
+            self.trace.detail = str(error)
+            return "simulation_error"
+        except (PlannerFailure, PlannerError) as error:
+            self.trace.detail = str(error)
+            return "planner_error"
+
+    def _decide(self, observation: Observation) -> tuple[Command, float]:
+        began = time.perf_counter()
+        command = _guarded(self.planner.act, observation)
+        seconds = time.perf_counter() - began
+        if not isinstance(command, Command):
+            raise PlannerFailure(
+                f"Expected act() to return a Command but it was "
+                f"{type(command).__name__}."
+            )
+        velocity = np.asarray(command.velocity_mps, dtype=float)
+        if velocity.shape != (2,) or not np.isfinite(velocity).all():
+            raise PlannerFailure(
+                f"Expected a finite velocity of shape (2,) but it was {velocity}."
+            )
+        limit = self.trace.protocol.decision_limit_s
+        if seconds > limit:
+            raise PlannerFailure(
+                f"Expected a decision within {limit:g} s but it took {seconds:.1f} s."
+            )
+        return command, seconds
+
+    def _record(
+        self,
+        command: Command,
+        outcome: StepOutcome,
+        seconds: float,
+        before: Observation,
+    ) -> Observation:
+        travelled = float(np.hypot(*(outcome.position_m - self.positions[-1])))
+        self.battery = max(0.0, self.battery - self.slope * travelled)
+        self.positions.append(outcome.position_m)
+        observation = self.sensor.observe(outcome, self.battery)
+        new = observation.obstacles[len(before.obstacles) :]
+        record = StepRecord(
+            command=command,
+            outcome=outcome,
+            battery=self.battery,
+            newly_sensed=tuple(o.id for o in new),
+            decision_s=seconds,
+        )
+        self.trace.steps.append(record)
+        for listener in self.listeners:
+            listener.step(record, self.world, observation)
+        return observation
+
+    def _ended(self, task: Task) -> Outcome | None:
+        protocol = self.trace.protocol
+        if np.hypot(*(self.positions[-1] - task.goal_m)) <= task.goal_tolerance_m:
+            return "reached"
+        if protocol.battery_ends_episode and self.battery <= 0.0:
+            return "battery_empty"
+        if len(self.trace.steps) >= protocol.max_steps:
+            return "timeout"
+        window = round(protocol.stuck_after_s / task.control_period_s)
+        if len(self.positions) > window:
+            recent = np.array(self.positions[-window:])
+            spread = np.hypot(*(recent - recent[-1]).T).max()
+            if spread < protocol.stuck_radius_m:
+                return "stuck"
+        return None

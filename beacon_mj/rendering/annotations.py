@@ -1,0 +1,108 @@
+"""What is drawn into a scene beside the world: way, path, forces, true classes."""
+
+from itertools import pairwise
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from beacon_mj.episode.trace import Trace
+from beacon_mj.geometry import Array
+from beacon_mj.rendering.colors import Paint
+
+PATH_RGBA = (0.1, 0.45, 0.85, 0.9)
+TRAIL_RGBA = (0.1, 0.12, 0.2, 0.75)
+ARROW_RGBA = (0.85, 0.05, 0.05, 1.0)
+ARROW_M_PER_N = 0.015  #: Length of a contact arrow per newton.
+ARROW_MIN_N = 1.0  #: Smallest contact force that is drawn [N].
+
+_IDENTITY = np.eye(3).ravel()
+
+
+class Marks:
+    """The marks of one trace."""
+
+    def __init__(self, trace: Trace, model: mujoco.MjModel) -> None:
+        """Prepare to mark a world that was compiled from the trace's scene."""
+        obstacles = trace.scene.obstacles
+        self._trace, self._paint = trace, Paint(trace)
+        self._tops = np.array([o.shape.height_m for o in obstacles])
+        self._bodies = [model.body(o.id).id for o in obstacles]
+        self._ids = {o.id: i for i, o in enumerate(obstacles)}
+        self._positions = np.array(
+            [trace.start_m, *(s.outcome.position_m for s in trace.steps)]
+        )
+
+    def draw(self, scene: Any, data: mujoco.MjData, step: int) -> None:
+        """Add the marks of the state after `step`, which `data` is in, to a scene."""
+        self._mark_truth(scene, data)
+        _polyline(scene, self._positions[: step + 1], 0.012, TRAIL_RGBA)
+        record = self._paint.decision(step)
+        if record is not None and record.command.rationale.path_m is not None:
+            path = np.asarray(record.command.rationale.path_m)
+            _polyline(scene, path, 0.018, PATH_RGBA)
+        self._draw_contacts(scene, step)
+
+    def _mark_truth(self, scene: Any, data: mujoco.MjData) -> None:
+        """Put a dot of the true class's colour on every obstacle."""
+        for i, body in enumerate(self._bodies):
+            x, y, z = data.xpos[body]
+            place = np.array([x, y, z + 0.5 * self._tops[i] + 0.004])
+            dots = (0.045, np.ones(3)), (0.03, self._paint.true_colour(i))
+            for radius, colour in dots:
+                place[2] += 0.004
+                rgba = np.array([*colour, 1.0])
+                size = np.array([radius, 0.004, 0.0])
+                _add(scene, mujoco.mjtGeom.mjGEOM_CYLINDER, size, place, rgba)
+
+    def _draw_contacts(self, scene: Any, step: int) -> None:
+        """Draw the forces on obstacles, above them so that nothing hides them."""
+        for contact in self._trace.steps[step - 1].outcome.contacts if step else ():
+            force = contact.force_n.copy()
+            force[2] = 0.0
+            size = float(np.hypot(force[0], force[1]))
+            if size < ARROW_MIN_N:
+                continue
+            top = float(self._tops[self._ids[contact.obstacle]])
+            start = np.array([*contact.point_m[:2], top + 0.08])
+            end = start + force * ARROW_M_PER_N
+            _connect(scene, mujoco.mjtGeom.mjGEOM_ARROW, 0.045, start, end, ARROW_RGBA)
+
+
+def _polyline(
+    scene: Any, points: Array, width_m: float, rgba: tuple[float, ...]
+) -> None:
+    """Draw a line on the floor through points (m, 2)."""
+    height = np.full((len(points), 1), 0.012)
+    for a, b in pairwise(np.hstack([points, height])):
+        if np.hypot(*(b - a)[:2]) > 1e-4:
+            _connect(scene, mujoco.mjtGeom.mjGEOM_CAPSULE, width_m, a, b, rgba)
+
+
+def _connect(
+    scene: Any,
+    kind: mujoco.mjtGeom,
+    width_m: float,
+    start: Array,
+    end: Array,
+    rgba: tuple[float, ...],
+) -> None:
+    """Add a capsule or an arrow from one point to another."""
+    geom = _add(scene, kind, np.zeros(3), start, np.array(rgba))
+    if geom is not None:
+        mujoco.mjv_connector(geom, kind, width_m, start, end)
+
+
+def _add(
+    scene: Any, kind: mujoco.mjtGeom, size: Array, place: Array, rgba: Array
+) -> Any | None:
+    """Add a geom to a scene, unless it is full."""
+    if scene.ngeom >= scene.maxgeom:
+        return None
+    geom = scene.geoms[scene.ngeom]
+    mujoco.mjv_initGeom(
+        geom, kind, size, place, _IDENTITY, np.asarray(rgba, np.float32)
+    )
+    geom.category = mujoco.mjtCatBit.mjCAT_DECOR
+    scene.ngeom += 1
+    return geom

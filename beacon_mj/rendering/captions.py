@@ -1,0 +1,81 @@
+"""A step of a trace in words: what the planner decided and what happened."""
+
+from beacon_mj.episode.trace import StepRecord, Trace
+
+EVENT_S = 1.0  #: How long an event is told [s].
+
+
+def describe(trace: Trace, step: int) -> list[str]:
+    """Return the lines about one step: title, decision, costs and force, events."""
+    record = trace.steps[step - 1] if step else None
+    time_s = 0.0 if record is None else record.outcome.time_s
+    title = f"{trace.scene.name}   {trace.planner}   t = {time_s:.1f} s"
+    if step == len(trace.steps) and trace.outcome is not None:
+        title += f"   END: {trace.outcome}"
+    if record is None:
+        return [title]
+    return [
+        title,
+        _decision(record),
+        "   ".join([*_costs(record), *_force(record)]),
+        "   ".join(recent_events(trace, step)),
+    ]
+
+
+def _decision(record: StepRecord) -> str:
+    rationale = record.command.rationale
+    target = "" if rationale.target is None else f" {rationale.target}"
+    line = f"{rationale.action}{target}"
+    if rationale.reason:
+        line += f": {rationale.reason}"
+    return line if len(line) <= 100 else line[:99] + "…"
+
+
+def _costs(record: StepRecord) -> list[str]:
+    rationale = record.command.rationale
+    return [
+        f"{name} = {value:.1f}"
+        for name, value in (
+            ("C_push", rationale.cost_push),
+            ("C_detour", rationale.cost_detour),
+        )
+        if value is not None
+    ]
+
+
+def _force(record: StepRecord) -> list[str]:
+    """Return the strongest contact of a step, in words."""
+    strongest = max(
+        record.outcome.contacts, key=lambda c: c.filtered_peak_n, default=None
+    )
+    if strongest is None or strongest.filtered_peak_n < 1.0:
+        return []
+    return [
+        f"{strongest.counterpart} on {strongest.obstacle}: "
+        f"{strongest.filtered_peak_n:.1f} N"
+    ]
+
+
+def recent_events(trace: Trace, step: int) -> list[str]:
+    """Return what happened within the last second, in words."""
+    lines: list[str] = []
+    now = trace.steps[step - 1].outcome.time_s
+    for record in trace.steps[:step][::-1]:
+        if record.outcome.time_s < now - EVENT_S:
+            break
+        lines += events(record, trace)
+    return lines[:3]
+
+
+def events(record: StepRecord, trace: Trace) -> list[str]:
+    """Return the pushes, breaks and topples of one step, in words."""
+    outcome = record.outcome
+    names = [o.id for o in trace.scene.obstacles]
+    return [
+        *(f"BROKE {d.obstacle} at {d.force_n:.1f} N" for d in outcome.damages),
+        *(f"TOPPLED {name}" for name in outcome.toppled),
+        *(
+            f"push: {names[a.obstacle]} {a.evidence} at {a.force_n:.1f} N"
+            for a in outcome.attempts
+        ),
+    ]

@@ -1,0 +1,51 @@
+"""Scene files: strict JSON with a published schema."""
+
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from beacon_mj.errors import SceneError
+from beacon_mj.scene import Scene
+from beacon_mj.scene.checks import check_scene
+
+
+def scene_schema() -> dict[str, Any]:
+    """Return the published JSON Schema of a scene file."""
+    return msgspec.json.schema(Scene)
+
+
+def parse_scene(data: bytes, source: str = "scene") -> Scene:
+    """Decode and check a scene.
+
+    Args:
+        data: JSON text.
+        source: Name of the file or object, for messages.
+
+    Raises:
+        SceneError: If the JSON is broken, a field is missing, unknown or out of
+            range, or the scene fails `check_scene`.
+    """
+    try:
+        scene = msgspec.json.decode(data, type=Scene)
+    except msgspec.ValidationError as error:
+        raise SceneError(f"{source}: not a valid scene: {error}") from error
+    except (msgspec.DecodeError, UnicodeDecodeError) as error:
+        raise SceneError(f"{source}: not valid JSON: {error}") from error
+    try:
+        check_scene(scene)
+    except SceneError as error:
+        raise SceneError(f"{source}: {error}") from error
+    return scene
+
+
+def load_scene(path: str | Path) -> Scene:
+    """Read a scene file. Raises SceneError on anything that is not a valid scene."""
+    path = Path(path)
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise SceneError(
+            f"{path}: cannot read the scene file: {error.strerror}"
+        ) from error
+    return parse_scene(data, str(path))

@@ -1,0 +1,113 @@
+"""Runs on generated scenes that leave no logs: of sweeps, ablations and regrets."""
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager
+from pathlib import Path
+from typing import Any
+
+from beacon_mj.errors import RunError
+from beacon_mj.eval.runs.config import (
+    PlannerEntry,
+    RunConfig,
+    SceneRef,
+    generated_scenes,
+    planner_entries,
+)
+from beacon_mj.eval.runs.jobs import Job
+from beacon_mj.eval.metrics.row import Row
+from beacon_mj.eval.runs.run_folder import RunFolder
+from beacon_mj.eval.runs.runner import plan, run_jobs
+from beacon_mj.eval.runs.versions import versions
+from beacon_mj.episode.protocol import Protocol
+from beacon_mj.scene import Profile
+
+CHUNK = 16  #: Configurations that cross a scene in one job.
+
+Update = Callable[[Sequence[Row]], None]
+#: Opens a stage's progress, by its name and number of episodes.
+Stage = Callable[[str, int], AbstractContextManager[Update]]
+
+
+def single_planner(
+    planner: str, settings: Sequence[str]
+) -> tuple[PlannerEntry, Protocol]:
+    """Return the one planner that is meant, and the protocol.
+
+    Raises:
+        BeaconError: If an option is no good, or several planners are named.
+    """
+    entries, protocol = planner_entries([planner], settings)
+    if len(entries) != 1:
+        raise RunError(f"Expected one planner but it was {planner}.")
+    return entries[0], protocol
+
+
+def experiment(
+    entries: Sequence[PlannerEntry],
+    protocol: Protocol,
+    *,
+    families: Sequence[str],
+    episodes: int,
+    seed: int,
+    perception: Profile,
+    templates: Path | None = None,
+) -> tuple[RunConfig, list[SceneRef]]:
+    """Return a run on generated scenes that leaves no logs, and its scenes.
+
+    Raises:
+        TemplateError: If a family does not exist or its template is no good.
+    """
+    hashes, refs = generated_scenes(families, episodes, templates)
+    config = RunConfig(
+        planners=tuple(entries),
+        families=hashes,
+        episodes=episodes,
+        seed=seed,
+        perception=perception,
+        scenes=None,
+        templates=None if templates is None else str(templates.resolve()),
+        protocol=protocol,
+        log="none",
+        versions=versions(),
+    )
+    return config, refs
+
+
+def run_stage(
+    path: Path,
+    config: RunConfig,
+    refs: Sequence[SceneRef],
+    workers: int,
+    update: Update,
+    summarize: Callable[[Sequence[Row]], Any],
+) -> list[Row]:
+    """Run, or go on with, one stage of an experiment in a run folder of its own.
+
+    Args:
+        path: The run folder.
+        config: The stage.
+        refs: Its scenes.
+        workers: Processes.
+        update: Told of rows as they come, and of those that were there.
+        summarize: Makes the content of `summary.json`.
+    """
+    folder, rows = RunFolder(path), list[Row]()
+    if folder.is_unborn():
+        folder.create(config)
+    else:
+        rows = folder.resume(config)
+        update(rows)
+    jobs = [*_chunks(plan(config, refs, rows))]
+    for new in run_jobs(config, jobs, None, min(workers, len(jobs) or 1)):
+        folder.append(new)
+        rows += new
+        update(new)
+    folder.finish(config, rows, summarize(rows))
+    return rows
+
+
+def _chunks(jobs: Sequence[Job]) -> Iterator[Job]:
+    """Cut jobs of many planners, so that a kill loses little and none waits long."""
+    for ref, names in jobs:
+        for i in range(0, len(names), CHUNK):
+            yield Job(ref, names[i : i + CHUNK])

@@ -1,0 +1,202 @@
+"""The run folder: configuration, rows as they come, and the tables at the end.
+
+While a run lasts there is only `config.json` and `episodes.jsonl`, which grows by
+whole lines. `episodes.parquet` and `summary.json` say that it is complete.
+"""
+
+import contextlib
+import os
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from beacon_mj.errors import RunError
+from beacon_mj.eval.runs.config import RunConfig
+from beacon_mj.eval.metrics.row import Row
+
+CONFIG, LINES, TABLE, SUMMARY = (
+    "config.json",
+    "episodes.jsonl",
+    "episodes.parquet",
+    "summary.json",
+)
+
+
+class RunFolder:
+    """One folder on disk that holds one run."""
+
+    def __init__(self, path: Path) -> None:
+        """Stand for the run folder at `path`; `create` or `resume` opens it."""
+        self.path = path
+
+    def create(self, config: RunConfig) -> None:
+        """Make the folder and write the configuration.
+
+        Raises:
+            RunError: If the folder holds anything already, or cannot be written.
+        """
+        if not self.is_unborn():
+            raise RunError(
+                f"{self.path}: expected a new or empty folder but it holds files. "
+                "Use --resume to go on with its run, or another --out."
+            )
+        try:
+            self.path.mkdir(parents=True, exist_ok=True)
+            (self.path / LINES).touch()
+            self._write(CONFIG, _pretty(config))
+        except OSError as error:
+            raise RunError(f"{self.path}: cannot be written: {_why(error)}.") from error
+
+    def is_unborn(self) -> bool:
+        """Whether there is no run yet, or one that was killed before it had begun."""
+        found = [*self.path.iterdir()] if self.path.is_dir() else []
+        return all(
+            path.name == f"{CONFIG}.part"
+            or (path.name == LINES and path.stat().st_size == 0)
+            for path in found
+        )
+
+    def resume(self, config: RunConfig) -> list[Row]:
+        """Return the rows of the run so far, ready to go on with it.
+
+        A last line that was cut off is removed.
+
+        Raises:
+            RunError: If there is no run, or it was started with other options.
+        """
+        before = load_config(self.path)
+        if name := difference(before, config):
+            raise RunError(
+                f"{self.path}: expected the options that the run was started with but "
+                f"{name} differs."
+            )
+        rows, whole = _read_lines(self.path / LINES)
+        try:
+            os.truncate(self.path / LINES, whole)
+        except OSError as error:
+            raise RunError(f"{self.path}: cannot be written: {_why(error)}.") from error
+        return rows
+
+    def append(self, rows: Iterable[Row]) -> None:
+        """Add finished episodes; they are on disk when this returns."""
+        text = b"".join(msgspec.json.encode(row) + b"\n" for row in rows)
+        with open(self.path / LINES, "ab") as file:
+            file.write(text)
+            file.flush()
+            os.fsync(file.fileno())
+
+    def discard(self) -> None:
+        """Take back what `create` wrote, for a run that could not even begin."""
+        for name in (CONFIG, LINES):
+            (self.path / name).unlink(missing_ok=True)
+        with contextlib.suppress(OSError):  # The folder was the user's, and is in use.
+            self.path.rmdir()
+
+    def finish(self, config: RunConfig, rows: Sequence[Row], summary: Any) -> None:
+        """Write the table, the summary, and the scenes' hashes."""
+        ordered = sorted(rows, key=lambda row: row.key)
+        scenes = {f"{r.family}_{r.index:04d}": r.scene_sha256 for r in ordered}
+        whole = msgspec.to_builtins(config) | {"scene_sha256": scenes}
+        self._write(CONFIG, _pretty(whole))
+        self._write(SUMMARY, _pretty(summary))
+        write_table(rows, self.path / TABLE)
+
+    def _write(self, name: str, data: bytes) -> None:
+        """Write a file so that it is there whole or not at all."""
+        part = self.path / f"{name}.part"
+        part.write_bytes(data)
+        part.replace(self.path / name)
+
+
+def load_config(path: Path) -> RunConfig:
+    """Return the configuration of a run. Raises RunError if there is none."""
+    try:
+        return msgspec.json.decode((path / CONFIG).read_bytes(), type=RunConfig)
+    except OSError as error:
+        raise RunError(f"{path}: expected a run folder: {_why(error)}.") from error
+    except msgspec.MsgspecError as error:
+        raise RunError(
+            f"{path / CONFIG}: not a valid configuration: {error}."
+        ) from error
+
+
+def load_rows(path: Path) -> list[Row]:
+    """Return the rows of a run folder in canonical order, finished or not.
+
+    Raises:
+        RunError: If there are none, or a line is damaged.
+    """
+    return sorted(_read_lines(path / LINES)[0], key=lambda row: row.key)
+
+
+def write_table(rows: Sequence[Row], path: Path) -> None:
+    """Write rows as Parquet, in canonical order and with typed columns."""
+    import polars as pl
+
+    names = {int: pl.Int64, float: pl.Float64, bool: pl.Boolean, str: pl.String}
+    schema = {
+        field.name: names.get(_plain(field.type), pl.String)
+        for field in msgspec.structs.fields(Row)
+    }
+    ordered = sorted(rows, key=lambda row: row.key)
+    frame = pl.DataFrame([row.as_dict() for row in ordered], schema=schema)
+    part = path.with_name(f"{path.name}.part")
+    frame.write_parquet(part)
+    part.replace(path)
+
+
+def free_name(stem: str) -> Path:
+    """Return the first of `runs/stem`, `runs/stem-2`, ... that does not exist."""
+    path, number = Path("runs") / stem, 1
+    while path.exists():
+        number += 1
+        path = Path("runs") / f"{stem}-{number}"
+    return path
+
+
+def _read_lines(path: Path) -> tuple[list[Row], int]:
+    """Return the rows of whole lines, and where the last of them ends [bytes]."""
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise RunError(f"{path}: cannot be read: {_why(error)}.") from error
+    whole = data.rfind(b"\n") + 1
+    decoder = msgspec.json.Decoder(Row)
+    rows: dict[tuple[str, str, int], Row] = {}
+    for number, line in enumerate(data[:whole].splitlines(), start=1):
+        try:
+            row = decoder.decode(line)
+        except msgspec.MsgspecError as error:
+            raise RunError(f"{path}:{number}: not a valid row: {error}.") from error
+        rows.setdefault(row.key, row)
+    return list(rows.values()), whole
+
+
+def difference(before: RunConfig, now: RunConfig) -> str | None:
+    """Return the first option that differs, or None; a run may change its logging."""
+    for name in RunConfig.__struct_fields__:
+        if name != "log" and _text(before, name) != _text(now, name):
+            return name
+    return None
+
+
+def _text(config: RunConfig, name: str) -> bytes:
+    """Return an option as it is stored, where a tuple and a list are the same."""
+    return msgspec.json.encode(getattr(config, name), order="deterministic")
+
+
+def _plain(annotation: Any) -> Any:
+    """Return the type of a column without its `| None`."""
+    return next(
+        (a for a in getattr(annotation, "__args__", ()) if a is float), annotation
+    )
+
+
+def _pretty(value: Any) -> bytes:
+    return msgspec.json.format(msgspec.json.encode(value), indent=1) + b"\n"
+
+
+def _why(error: OSError) -> str:
+    return error.strerror or str(error)

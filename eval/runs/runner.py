@@ -1,0 +1,128 @@
+"""Running an evaluation on several processes.
+
+Jobs are independent and seeded by what they are, not by when or where they run, so
+results do not depend on the number of workers or the order. A process that dies takes
+its pool with it: the jobs that were under way are then run again, one episode at a time
+in one process, and only an episode that kills its process twice is lost.
+"""
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures.process import BrokenProcessPool
+from functools import partial
+from pathlib import Path
+
+from beacon_mj.eval.runs.config import RunConfig, SceneRef, load_ref
+from beacon_mj.eval.runs.jobs import Job, lost_row, run_job
+from beacon_mj.eval.metrics.row import Row
+from beacon_mj.eval.runs.warm_up import compile_kernels
+from beacon_mj.eval.runs.worker_process import prepare_worker
+
+AHEAD = 2  #: Jobs handed to each worker in advance, so that none waits.
+
+
+def plan(
+    config: RunConfig, refs: Sequence[SceneRef], done: Iterable[Row] = ()
+) -> list[Job]:
+    """Return the jobs that are left to do.
+
+    Args:
+        config: The evaluation.
+        refs: Its scenes.
+        done: Rows of episodes that are finished.
+    """
+    finished = {row.key for row in done}
+    jobs = []
+    for ref in refs:
+        names = tuple(
+            e.name
+            for e in config.planners
+            if (e.name, ref.family, ref.index) not in finished
+        )
+        if names:
+            jobs.append(Job(ref, names))
+    return jobs
+
+
+def run_jobs(
+    config: RunConfig,
+    jobs: Sequence[Job],
+    folder: Path | None = None,
+    workers: int = 1,
+) -> Iterator[list[Row]]:
+    """Run jobs and yield the rows of each as it finishes, in any order.
+
+    Args:
+        config: The evaluation.
+        jobs: What to run.
+        folder: Run folder, for logs; None for no logs.
+        workers: Processes; with 1 everything runs in this one, for a debugger's sake.
+
+    Raises:
+        BeaconError: If a scene cannot be made or read.
+    """
+    compile_kernels()
+    work = partial(run_job, config, folder)
+    if workers == 1:
+        yield from map(work, jobs)
+        return
+    left = dict.fromkeys(jobs)
+    while left:
+        sent: dict[Job, None] = {}
+        try:
+            for job, rows in _parallel(work, list(left), sent, workers):
+                del left[job]
+                yield rows
+        except BrokenProcessPool:
+            suspects = [job for job in sent if job in left]
+            left = {job: None for job in left if job not in sent}
+            for row in _alone(config, work, suspects):
+                yield [row]
+
+
+def _parallel(
+    work: Callable[[Job], list[Row]],
+    jobs: Sequence[Job],
+    sent: dict[Job, None],
+    workers: int,
+) -> Iterator[tuple[Job, list[Row]]]:
+    """Yield results as they come; note in `sent` every job that a worker may hold."""
+    import joblib
+
+    def feed() -> Iterator[object]:
+        for job in jobs:
+            sent[job] = None
+            yield joblib.delayed(_tagged)(work, job)
+
+    with joblib.parallel_config(backend="loky", inner_max_num_threads=1):
+        pool = joblib.Parallel(
+            n_jobs=workers,
+            return_as="generator_unordered",
+            batch_size=1,
+            pre_dispatch=AHEAD * workers,
+            initializer=prepare_worker,
+        )
+        yield from pool(feed())
+
+
+def _tagged(work: Callable[[Job], list[Row]], job: Job) -> tuple[Job, list[Row]]:
+    return job, work(job)
+
+
+def _alone(
+    config: RunConfig, work: Callable[[Job], list[Row]], jobs: Iterable[Job]
+) -> Iterator[Row]:
+    """Run episodes one by one; if the process dies again, it was the planner's."""
+    from joblib.externals.loky import ProcessPoolExecutor
+
+    pool = None
+    for job in (single for each in jobs for single in each.split()):
+        pool = pool or ProcessPoolExecutor(1, initializer=prepare_worker)
+        try:
+            yield from pool.submit(work, job).result()
+        except BrokenProcessPool:
+            pool = None
+            detail = "the process died while the planner ran"
+            scene = load_ref(config, job.ref)
+            yield lost_row(config, scene, job.planners[0], "planner_error", detail)
+    if pool is not None:
+        pool.shutdown(kill_workers=True)

@@ -1,0 +1,127 @@
+"""Generated scenes kept on disk, so that no run generates what another one has.
+
+An entry's name is the SHA-256 of all that decides the scene: its family's files, index,
+seed, perception, the generator's source code and the versions of what it computes with.
+Whatever changes, changes the name. An entry holds a SHA-256 of its name and the scene's
+JSON; one that is cut off, damaged, or another's is generated again.
+"""
+
+import hashlib
+import os
+from collections.abc import Iterator
+from contextlib import suppress
+from functools import cache
+from pathlib import Path
+from tempfile import NamedTemporaryFile
+
+from platformdirs import user_cache_path
+
+import beacon_mj
+from beacon_mj.errors import SceneError
+from beacon_mj.eval.runs.versions import versions
+from beacon_mj.scene import Profile, Scene
+from beacon_mj.scene.files import parse_scene
+from beacon_mj.scene_gen.family import family_sha256
+from beacon_mj.scene_gen.generate import generate_scene
+
+VARIABLE = "BEACON_MJ_CACHE"  #: Names another folder; empty or `off` for no cache.
+#: Entries in each of the 256 subfolders, where the oldest make room: all in all some
+#: 10 000 scenes of 5 to 15 kB.
+BUCKET = 40
+
+
+def cache_folder() -> Path | None:
+    """Return the folder of the cache, which may not exist yet; None for no cache."""
+    chosen = os.environ.get(VARIABLE)
+    if chosen is not None:
+        return None if chosen in ("", "off") else Path(chosen)
+    usual = user_cache_path("beacon-mj", appauthor=False)
+    return usual if usual.is_absolute() else None  # Some users have no home.
+
+
+def cached_scene(
+    family: str,
+    index: int,
+    seed: int,
+    perception: Profile,
+    templates: Path | None = None,
+) -> Scene:
+    """Return what `generate_scene` returns for a family's name, kept or generated."""
+    folder = cache_folder()
+    if folder is None:
+        return generate_scene(family, index, seed, perception, templates)
+
+    def name() -> str:
+        files = family_sha256(family, templates)
+        what = (files, family, index, seed, perception, CODE_SHA256, _versions())
+        return hashlib.sha256(repr(what).encode()).hexdigest()
+
+    key = name()
+    path = folder / "scenes" / key[:2] / key
+    found = _read(path)
+    if found is None:
+        found = generate_scene(family, index, seed, perception, templates)
+        if name() == key:  # Nobody edited the family meanwhile.
+            _write(path, found)
+    return found
+
+
+def generator_sources() -> Iterator[Path]:
+    """Yield the modules that scenes may be made with.
+
+    These are the generator, the folders that it may import (see the import contracts),
+    whatever is in them, and the modules beside the folders.
+    """
+    root = Path(beacon_mj.__file__).parent
+    yield from sorted(root.glob("*.py"))
+    for folder in ("mjcf_templates", "motion", "scene", "scene_gen"):
+        yield from sorted((root / folder).rglob("*.py"))
+
+
+def _code_sha256() -> str:
+    files = [path.read_bytes() for path in generator_sources()]
+    return hashlib.sha256(repr(files).encode()).hexdigest()
+
+
+#: Read along with the modules: a source that is edited later is not what runs here.
+CODE_SHA256 = _code_sha256()
+
+
+@cache
+def _versions() -> str:
+    return repr(sorted(versions().items()))
+
+
+def _read(path: Path) -> Scene | None:
+    """Return the scene of an entry, or None if there is none that is sound."""
+    try:
+        digest, _, text = path.read_bytes().partition(b"\n")
+        return parse_scene(text) if digest == _digest(path, text) else None
+    except (OSError, SceneError):
+        return None
+
+
+def _write(path: Path, scene: Scene) -> None:
+    """Keep a scene, whole or not at all; a full disk or a read-only one is no error."""
+    text = scene.to_json()
+    with suppress(OSError):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        part = NamedTemporaryFile(dir=path.parent, delete=False)
+        try:
+            with part:
+                part.write(_digest(path, text) + b"\n" + text)
+            os.replace(part.name, path)
+        finally:
+            Path(part.name).unlink(missing_ok=True)
+        _make_room(path.parent)
+
+
+def _digest(path: Path, text: bytes) -> bytes:
+    return hashlib.sha256(path.name.encode() + text).hexdigest().encode()
+
+
+def _make_room(folder: Path) -> None:
+    """Remove the oldest files, among them those that killed processes left."""
+    files = sorted(folder.iterdir(), key=lambda path: path.stat().st_mtime_ns)
+    for path in files[:-BUCKET]:
+        path.unlink(missing_ok=True)

@@ -1,0 +1,163 @@
+"""Does every log of a run prove its row, and is that row the one in the tables?"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from beacon_mj.constants import WALL_CLOCK_COLUMNS
+from beacon_mj.errors import BeaconError, LogError, RunError
+from beacon_mj.eval.metrics.measure import measure
+from beacon_mj.eval.runs.run_folder import LINES, TABLE, load_rows
+from beacon_mj.eval.runs.worker_process import prepare_worker
+from beacon_mj.recording.verify import Verification, verify
+
+Key = tuple[str, str, int]
+Rows = Mapping[Key, Mapping[str, Any]]
+
+
+def logs_below(folder: Path) -> list[Path]:
+    """Return all finished logs below a folder, sorted.
+
+    Raises:
+        RunError: If there is none.
+    """
+    found = sorted(folder.rglob("*.mcap"))
+    if not found:
+        raise RunError(f"{folder}: expected a folder with logs (*.mcap).")
+    return found
+
+
+def run_of(log: Path) -> Path | None:
+    """Return the run folder of a log `RUN/logs/PLANNER/SCENE.mcap`, or None."""
+    parents = log.absolute().parents
+    if len(parents) < 3 or parents[1].name != "logs":
+        return None
+    return parents[2] if (parents[2] / LINES).is_file() else None
+
+
+def tables_of(run: Path) -> dict[str, Rows]:
+    """Return the stored rows of a run by key, of every table that it has.
+
+    Raises:
+        RunError: If a table cannot be read.
+    """
+    out: dict[str, Rows] = {LINES: {row.key: row.as_dict() for row in load_rows(run)}}
+    if (run / TABLE).is_file():
+        out[TABLE] = {_key(row): row for row in _read_table(run / TABLE)}
+    return out
+
+
+def verify_log(path: Path, tables: Mapping[str, Rows] | None = None) -> Verification:
+    """Simulate a log again, measure it again, and compare its row with the tables.
+
+    Args:
+        path: The log.
+        tables: Stored rows of its run, by the name of their file; see `tables_of`.
+    """
+    try:
+        found = verify(path, lambda trace: measure(trace).as_dict())
+        problem = found.problem or _difference(found, tables or {})
+    except BeaconError as error:
+        found = Verification(
+            path=path, steps=0, row_checked=False, row=None, problem=""
+        )
+        problem = str(error)
+    return replace(found, problem=problem)
+
+
+def verify_logs(paths: Sequence[Path], workers: int = 1) -> Iterator[Verification]:
+    """Verify logs and yield what came of each as it is done, in any order.
+
+    Args:
+        paths: The logs; each is compared with the tables of the run it lies in.
+        workers: Processes; with 1 everything runs in this one.
+    """
+    runs = {path: run_of(path) for path in paths}
+    known = {run: tables_of(run) if run else {} for run in {*runs.values()}}
+    jobs = [(path, _only(path, known[runs[path]])) for path in paths]
+    if workers == 1:
+        yield from (verify_log(*job) for job in jobs)
+        return
+    import joblib
+
+    with joblib.parallel_config(backend="loky", inner_max_num_threads=1):
+        pool = joblib.Parallel(
+            n_jobs=workers,
+            return_as="generator_unordered",
+            batch_size=1,
+            initializer=prepare_worker,
+        )
+        yield from pool(joblib.delayed(verify_log)(*job) for job in jobs)
+
+
+def missing_logs(run: Path) -> int:
+    """Return how many rows of a run have no finished log."""
+    names = (
+        (row.planner, f"{row.family}_{row.index:04d}.mcap") for row in load_rows(run)
+    )
+    return sum(not run.joinpath("logs", *name).is_file() for name in names)
+
+
+def _only(path: Path, tables: Mapping[str, Rows]) -> dict[str, Rows]:
+    """Return the few rows that can be this log's, for its worker."""
+    return {
+        name: {
+            key: row
+            for key, row in rows.items()
+            if (key[0], f"{key[1]}_{key[2]:04d}") == (path.parent.name, path.stem)
+        }
+        for name, rows in tables.items()
+    }
+
+
+def _difference(found: Verification, tables: Mapping[str, Rows]) -> str | None:
+    """Return how a log's row differs from the tables', naming the column."""
+    if not found.row_checked or found.row is None:
+        return f"{found.path}: expected a row in its result but there is none."
+    for name, rows in tables.items():
+        stored = rows.get(_key(found.row))
+        if stored is None:
+            planner, family, index = _key(found.row)
+            episode = f"{planner} in {family}_{index:04d}"
+            return f"{found.path}: {name} has no {episode} for a log of this name."
+        if problem := _first_column(found.row, _as_json(stored)):
+            return f"{found.path}: its row differs from {name}: {problem}"
+    return None
+
+
+def _first_column(log: Mapping[str, Any], stored: Mapping[str, Any]) -> str | None:
+    """Return the first column in which two rows differ, the clock's left out."""
+    for column in dict.fromkeys([*stored, *log]):
+        if column in WALL_CLOCK_COLUMNS:
+            continue
+        ours, theirs = log.get(column), stored.get(column)
+        if ours != theirs or (column in log) != (column in stored):
+            return f"{column} is {ours!r} in the log but {theirs!r} there."
+    return None
+
+
+def _key(row: Mapping[str, Any]) -> Key:
+    try:
+        return str(row["planner"]), str(row["family"]), int(row["index"])
+    except (KeyError, TypeError, ValueError) as error:
+        raise LogError(
+            "Expected a row with planner, family and index but one lacks them."
+        ) from error
+
+
+def _as_json(row: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a row as JSON gives it back: NaN and infinity become None."""
+    return dict(msgspec.json.decode(msgspec.json.encode(row)))
+
+
+def _read_table(path: Path) -> list[dict[str, Any]]:
+    import polars as pl
+
+    try:
+        return pl.read_parquet(path).to_dicts()
+    except (pl.exceptions.PolarsError, OSError) as error:
+        why = " ".join(str(error).split())
+        raise RunError(f"{path}: cannot be read as Parquet: {why}.") from error

@@ -1,0 +1,1 @@
+"""Statistics over rows: intervals, pairing, comparison, summaries, gates."""

@@ -1,0 +1,250 @@
+"""Paired comparison of two arms: differences with intervals, overall and per family.
+
+A difference is `first - baseline`, scene by scene. Nothing is dropped in silence:
+costs are compared on the scenes that both solved, with how many these are, and over
+all scenes beside it.
+"""
+
+import math
+from collections.abc import Sequence
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from beacon_mj.eval.metrics.row import Row
+from beacon_mj.eval.statistics.bootstrap import bca_intervals
+from beacon_mj.eval.statistics.intervals import holm, mcnemar, paired_rate_interval
+from beacon_mj.eval.statistics.pairing import Matched
+from beacon_mj.eval.statistics.summary import OVERALL, RATES
+from beacon_mj.geometry import Array
+
+#: Compared columns; smaller is better in all of them.
+COSTS = (
+    "path_length_m",
+    "steps",
+    "energy_j",
+    "energy_kd2_j",
+    "contacts",
+    "broken",
+    "filtered_peak_force_n",
+)
+
+
+class Difference(msgspec.Struct, frozen=True, kw_only=True):
+    """A mean paired difference.
+
+    Attributes:
+        n: Scenes behind it.
+        first: Mean of the arm that is judged; None over no scene.
+        baseline: Mean of the other.
+        estimate: first - baseline.
+        low: Lower end of the 95 % interval; None over fewer than two scenes.
+        high: Upper end.
+    """
+
+    n: int
+    first: float | None
+    baseline: float | None
+    estimate: float | None
+    low: float | None
+    high: float | None
+
+
+class Rate(msgspec.Struct, frozen=True, kw_only=True):
+    """A paired difference of rates.
+
+    Attributes:
+        difference: With Newcombe's paired score interval.
+        only_first: Scenes on which only the judged arm succeeded.
+        only_baseline: Scenes on which only the baseline did.
+        p_value: McNemar's exact test, two-sided.
+    """
+
+    difference: Difference
+    only_first: int
+    only_baseline: int
+    p_value: float
+
+
+class Improvement(msgspec.Struct, frozen=True, kw_only=True):
+    """P(first better) + P(equal) / 2 over scenes; a failure is worse than any success.
+
+    Agarwal et al. 2021 with every scene a task. 1/2 means that neither is better.
+
+    Attributes:
+        n: Scenes behind it.
+        probability: In [0, 1].
+        low: Lower end of the 95 % interval; None over fewer than two scenes.
+        high: Upper end.
+    """
+
+    n: int
+    probability: float
+    low: float | None
+    high: float | None
+
+
+class Cost(msgspec.Struct, frozen=True, kw_only=True):
+    """Paired differences of one column, with scene-clustered BCa intervals.
+
+    Attributes:
+        solved: On scenes that both solved.
+        all: Over all scenes.
+        improvement: Probability that the judged arm does better on a scene.
+    """
+
+    solved: Difference
+    all: Difference
+    improvement: Improvement
+
+
+class Cell(msgspec.Struct, frozen=True, kw_only=True):
+    """One family, or all: scenes, rates by name and costs by column."""
+
+    family: str
+    scenes: int
+    rates: dict[str, Rate]
+    costs: dict[str, Cost]
+
+
+class Comparison(msgspec.Struct, frozen=True, kw_only=True):
+    """Two arms compared.
+
+    Attributes:
+        first: Label of the arm that is judged.
+        baseline: Label of the other.
+        left_out: Scenes that only one of them has.
+        p_holm: McNemar's p-value of overall success, adjusted by Holm's procedure
+            for the number of comparisons made together.
+        cells: Overall, then per family.
+    """
+
+    first: str
+    baseline: str
+    left_out: int
+    p_holm: float
+    cells: dict[str, Cell]
+
+
+def compare(matched: Sequence[Matched]) -> list[Comparison]:
+    """Return the comparisons of pairs of arms."""
+    made = [_comparison(pair) for pair in matched]
+    raw = [c.cells[OVERALL].rates["success"].p_value for c in made]
+    return [
+        msgspec.structs.replace(c, p_holm=p)
+        for c, p in zip(made, holm(raw), strict=True)
+    ]
+
+
+def _comparison(matched: Matched) -> Comparison:
+    families = dict.fromkeys(base.family for _, base in matched.pairs)
+    cells = {OVERALL: _cell(OVERALL, matched.pairs)} | {
+        name: _cell(name, [p for p in matched.pairs if p[1].family == name])
+        for name in families
+    }
+    return Comparison(
+        first=matched.first,
+        baseline=matched.baseline,
+        left_out=matched.left_out,
+        p_holm=1.0,
+        cells=cells,
+    )
+
+
+def _cell(family: str, pairs: Sequence[tuple[Row, Row]]) -> Cell:
+    return Cell(
+        family=family,
+        scenes=len(pairs),
+        rates={name: _rate(pairs, name) for name in RATES},
+        costs=_costs(pairs),
+    )
+
+
+def _rate(pairs: Sequence[tuple[Row, Row]], name: str) -> Rate:
+    first, base = ([bool(getattr(p[k], name)) for p in pairs] for k in (0, 1))
+    estimate, low, high = paired_rate_interval(first, base)
+    n = len(pairs)
+    return Rate(
+        difference=Difference(
+            n=n,
+            first=sum(first) / n,
+            baseline=sum(base) / n,
+            estimate=estimate,
+            low=low,
+            high=high,
+        ),
+        only_first=sum(x and not y for x, y in zip(first, base, strict=True)),
+        only_baseline=sum(y and not x for x, y in zip(first, base, strict=True)),
+        p_value=mcnemar(first, base),
+    )
+
+
+def _costs(pairs: Sequence[tuple[Row, Row]]) -> dict[str, Cost]:
+    values = np.array(
+        [[[float(getattr(row, c)) for c in COSTS] for row in p] for p in pairs]
+    )
+    first, base = values[:, 0], values[:, 1]
+    won = np.array([[row.success for row in p] for p in pairs])
+    solved = _differences(first, base, np.all(won, axis=1))
+    everywhere = _differences(first, base, np.ones(len(pairs), bool))
+    improvement = _improvements(first, base, won)
+    return {
+        name: Cost(solved=solved[j], all=everywhere[j], improvement=improvement[j])
+        for j, name in enumerate(COSTS)
+    }
+
+
+def _differences(
+    first: Array, base: Array, used: NDArray[np.bool_]
+) -> list[Difference]:
+    """Return each column's mean difference over the scenes that are used.
+
+    Args:
+        first: The judged arm's values, shape (scenes, columns).
+        base: The baseline's.
+        used: Which scenes count, shape (scenes,).
+    """
+    n = int(used.sum())
+    difference = (first - base)[used]
+    ends = _ends(difference)
+    return [
+        Difference(
+            n=n,
+            first=float(first[used, j].mean()) if n else None,
+            baseline=float(base[used, j].mean()) if n else None,
+            estimate=float(difference[:, j].mean()) if n else None,
+            low=_finite(ends[j, 0]),
+            high=_finite(ends[j, 1]),
+        )
+        for j in range(first.shape[1])
+    ]
+
+
+def _improvements(
+    first: Array, base: Array, won: NDArray[np.bool_]
+) -> list[Improvement]:
+    """Return each column's probability of improvement; `won` has shape (scenes, 2)."""
+    x, y = (np.where(won[:, k, None], v, np.inf) for k, v in enumerate((first, base)))
+    better = (x < y) + 0.5 * (x == y)
+    ends = _ends(better)
+    return [
+        Improvement(
+            n=len(better),
+            probability=float(better[:, j].mean()),
+            low=_finite(ends[j, 0]),
+            high=_finite(ends[j, 1]),
+        )
+        for j in range(better.shape[1])
+    ]
+
+
+def _ends(values: Array) -> Array:
+    """Return the ends of every column's interval; a row is a scene, and a cluster."""
+    if len(values) == 0:
+        return np.full((values.shape[1], 2), np.nan)
+    return bca_intervals(values, np.ones_like(values))
+
+
+def _finite(value: float) -> float | None:
+    return None if math.isnan(value) else float(value)

@@ -1,0 +1,215 @@
+"""What the parts of a planner are worth: switched off one at a time, scene by scene.
+
+A *switch* is a field of the planner's configuration that is true by default. In every
+*situation* (what is perceived, and how far) the whole planner crosses the scenes, and
+each variant with one switch off. Costs are paired by scene within the situation:
+
+    effect = c(variant) - c(whole planner)
+
+over all scenes, failures included; a positive cost means that the part pays.
+"""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import msgspec
+
+from beacon_mj.eval.metrics.row import Row
+from beacon_mj.eval.runs.config import (
+    PlannerEntry,
+    RunConfig,
+    SceneRef,
+)
+from beacon_mj.eval.runs.experiment import (
+    Stage,
+    experiment,
+    run_stage,
+    single_planner,
+)
+from beacon_mj.eval.statistics.intervals import (
+    Interval,
+    mean_interval,
+    paired_interval,
+    paired_rate_interval,
+    wilson_interval,
+)
+from beacon_mj.eval.statistics.summary import OVERALL, summarize
+from beacon_mj.eval.studies.parameter_grid import variant
+from beacon_mj.planners.registry import load_planner
+from beacon_mj.scene import Profile
+
+COSTS = ("steps", "path_length_m", "energy_j", "broken")
+
+
+class Situation(msgspec.Struct, frozen=True):
+    """What planners perceive: the profile, and the radius if not the protocol's [m]."""
+
+    perception: Profile
+    sensing_radius_m: float | None = None
+
+
+#: The default comes first.
+SITUATIONS = {
+    "noisy": Situation("noisy"),
+    "truth": Situation("truth"),
+    "misleading": Situation("misleading"),
+    "noisy, 0.5 m": Situation("noisy", 0.5),
+    "noisy, 2 m": Situation("noisy", 2.0),
+}
+
+
+class Effect(msgspec.Struct, frozen=True, kw_only=True):
+    """One variant in one situation and family.
+
+    Attributes:
+        family: The family, or `overall`.
+        situation: A key of `SITUATIONS`.
+        variant: What is switched off, such as `update_belief`; empty for nothing.
+        scenes: Scenes crossed.
+        success: Episodes that reached the goal.
+        clean: Those of them in which nothing broke.
+        clean_rate: Clean success with its interval; of a variant the paired
+            difference.
+        costs: Means of `COSTS` with intervals; of a variant the paired differences.
+    """
+
+    family: str
+    situation: str
+    variant: str
+    scenes: int
+    success: int
+    clean: int
+    clean_rate: Interval
+    costs: dict[str, Interval]
+
+
+def switches(spec: str) -> tuple[str, ...]:
+    """Return the fields of a planner's configuration that are true by default.
+
+    Raises:
+        PlannerError: If there is no such planner.
+    """
+    config = load_planner(spec)[1].Config()
+    names = getattr(config, "__dataclass_fields__", {})
+    return tuple(name for name in names if getattr(config, name) is True)
+
+
+def ablation_runs(
+    planner: str,
+    settings: Sequence[str] = (),
+    families: Sequence[str] = (),
+    episodes: int = 100,
+    seed: int = 0,
+    templates: Path | None = None,
+) -> tuple[dict[str, RunConfig], list[SceneRef]]:
+    """Return one run for each situation, and the scenes of all of them.
+
+    Raises:
+        BeaconError: If an option is no good, or several planners are named.
+    """
+    whole, protocol = single_planner(planner, settings)
+    base, refs = experiment(
+        _variants(whole),
+        protocol,
+        families=families,
+        episodes=episodes,
+        seed=seed,
+        perception="noisy",
+        templates=templates,
+    )
+    return {name: _in(base, each) for name, each in SITUATIONS.items()}, refs
+
+
+def _variants(whole: PlannerEntry) -> tuple[PlannerEntry, ...]:
+    off = [s for s in switches(whole.spec) if whole.config[s]]
+    return (whole, *(variant(whole, {switch: "false"}) for switch in off))
+
+
+def _in(base: RunConfig, situation: Situation) -> RunConfig:
+    radius = situation.sensing_radius_m
+    protocol = base.protocol
+    if radius is not None:
+        protocol = msgspec.structs.replace(protocol, sensing_radius_m=radius)
+    return msgspec.structs.replace(
+        base, perception=situation.perception, protocol=protocol
+    )
+
+
+def run_ablation(
+    runs: Mapping[str, RunConfig],
+    refs: Sequence[SceneRef],
+    out: Path,
+    workers: int,
+    stage: Stage,
+) -> list[Effect]:
+    """Run, or go on with, all situations, a run folder each, below `out`."""
+    effects = []
+    for name, config in runs.items():
+        path = out / name.replace(", ", "-").replace(" ", "")
+        with stage(name, len(config.planners) * len(refs)) as update:
+            rows = run_stage(path, config, refs, workers, update, summarize)
+        effects += effects_of(name, config.planners, rows)
+    return effects
+
+
+def effects_of(
+    situation: str, entries: Sequence[PlannerEntry], rows: Sequence[Row]
+) -> list[Effect]:
+    """Return all variants of one situation, overall and per family.
+
+    Args:
+        situation: Its name.
+        entries: The whole planner, then its variants.
+        rows: All rows, each variant on the same scenes.
+    """
+    ordered = sorted(rows, key=lambda row: row.key)
+    effects = []
+    for family in (OVERALL, *dict.fromkeys(row.family for row in ordered)):
+        own = [row for row in ordered if family in (OVERALL, row.family)]
+        whole, *others = ([r for r in own if r.planner == e.name] for e in entries)
+        effects.append(_whole(family, situation, whole))
+        for entry, rest in zip(entries[1:], others, strict=True):
+            switch = next(k for k in entry.settings if k not in entries[0].settings)
+            effects.append(_variant(family, situation, switch, rest, whole))
+    return effects
+
+
+def _whole(family: str, situation: str, rows: Sequence[Row]) -> Effect:
+    count = sum(row.clean_success for row in rows)
+    return Effect(
+        family=family,
+        situation=situation,
+        variant="",
+        scenes=len(rows),
+        success=sum(row.success for row in rows),
+        clean=count,
+        clean_rate=Interval(count / len(rows), *wilson_interval(count, len(rows))),
+        costs={cost: mean_interval(_column(rows, cost)) for cost in COSTS},
+    )
+
+
+def _variant(
+    family: str,
+    situation: str,
+    switch: str,
+    rows: Sequence[Row],
+    whole: Sequence[Row],
+) -> Effect:
+    clean = [row.clean_success for row in rows]
+    return Effect(
+        family=family,
+        situation=situation,
+        variant=switch,
+        scenes=len(rows),
+        success=sum(row.success for row in rows),
+        clean=sum(clean),
+        clean_rate=paired_rate_interval(clean, [row.clean_success for row in whole]),
+        costs={
+            cost: paired_interval(_column(rows, cost), _column(whole, cost))
+            for cost in COSTS
+        },
+    )
+
+
+def _column(rows: Sequence[Row], cost: str) -> list[float]:
+    return [float(getattr(row, cost)) for row in rows]

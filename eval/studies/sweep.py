@@ -1,0 +1,183 @@
+"""The paper's hyperparameter sweep: select on one split, report on another.
+
+    selected = argmax over configurations of (successes, -mean energy)
+
+Table III's criterion: the highest success rate, with average energy over all episodes
+as tie-breaker. Of two that tie in both, the one that was named first is selected: the
+default, then fewer changes. Scenes of the selection split are drawn with a seed of 1000
+or more, so that a benchmark's numbers are never those that the choice was made on.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import msgspec
+
+from beacon_mj.errors import RunError
+from beacon_mj.eval.metrics.row import Row
+from beacon_mj.eval.runs.config import (
+    PlannerEntry,
+    RunConfig,
+    SceneRef,
+    planner_entries,
+)
+from beacon_mj.eval.runs.experiment import experiment, single_planner
+from beacon_mj.eval.statistics.intervals import Interval, mean_interval
+from beacon_mj.eval.statistics.summary import rate
+from beacon_mj.eval.studies.parameter_grid import (
+    Grid,
+    Settings,
+    Swept,
+    variant,
+    variant_name,
+)
+from beacon_mj.scene import Profile
+
+FIRST_SEED = 1000  #: Seeds of selection splits begin here.
+AGAINST = ("bug1", "bug2", "dstar-lite")  #: Who else is in Table III.
+
+Span = tuple[float, float | None, float | None]
+
+
+class Request(msgspec.Struct, frozen=True, kw_only=True):
+    """What is swept, and on which scenes.
+
+    Attributes:
+        planner: Name or `file.py:Class`.
+        settings: Further values, `planner.field=value` or `protocol.field=value`.
+        grid: See `settings_of`.
+        families: Scene families; none for all.
+        episodes: Scenes per family, of each split.
+        select_seed: Seed of the scenes on which a configuration is selected.
+        seed: Seed of the scenes on which it is reported.
+        perception: Profile.
+        against: Planners beside it in the report, at their defaults.
+        trials: Configurations that optuna tries beyond the grid.
+    """
+
+    planner: str
+    settings: tuple[str, ...] = ()
+    grid: Grid = "one-at-a-time"
+    families: tuple[str, ...] = ()
+    episodes: int = 10
+    select_seed: int = FIRST_SEED
+    seed: int = 0
+    perception: Profile = "noisy"
+    against: tuple[str, ...] = AGAINST
+    trials: int = 0
+
+    def __post_init__(self) -> None:
+        """Keep the splits apart; raises RunError."""
+        if self.select_seed < FIRST_SEED or self.select_seed == self.seed:
+            raise RunError(
+                f"--select-seed: expected {FIRST_SEED} or more, and another than "
+                f"--seed {self.seed}, but it was {self.select_seed}."
+            )
+
+
+class Score(msgspec.Struct, frozen=True, kw_only=True):
+    """How a configuration did on the selection split.
+
+    Attributes:
+        settings: What it changes.
+        success: Count, n, rate, and its Wilson interval.
+        energy_j: Mean over all episodes [J], and its bootstrap interval, null where
+            a single scene allows none.
+        steps: Mean over all episodes.
+    """
+
+    settings: dict[str, str]
+    success: dict[str, Any]
+    energy_j: Span
+    steps: float
+
+    @property
+    def merit(self) -> tuple[int, float]:
+        """Successes, then less energy: larger is better."""
+        return self.success["count"], -self.energy_j[0]
+
+
+def base_entry(request: Request) -> PlannerEntry:
+    """Return the swept planner. Raises BeaconError if an option is no good."""
+    return single_planner(request.planner, request.settings)[0]
+
+
+def select_config(
+    request: Request, settings: Sequence[Settings]
+) -> tuple[RunConfig, list[SceneRef]]:
+    """Return the run of some configurations on the selection split."""
+    base = base_entry(request)
+    entries = tuple(variant(base, values) for values in settings)
+    return _config(request, entries, request.select_seed)
+
+
+def report_config(request: Request, best: Settings) -> tuple[RunConfig, list[SceneRef]]:
+    """Return the run of default, best, and the others on the report split."""
+    base = base_entry(request)
+    own = {variant_name(base.name, s): variant(base, s) for s in ({}, best)}
+    others = [e for e in planner_entries(request.against, ())[0] if e.name not in own]
+    return _config(request, (*others, *own.values()), request.seed)
+
+
+def _config(
+    request: Request, entries: tuple[PlannerEntry, ...], seed: int
+) -> tuple[RunConfig, list[SceneRef]]:
+    return experiment(
+        entries,
+        single_planner(request.planner, request.settings)[1],
+        families=request.families,
+        episodes=request.episodes,
+        seed=seed,
+        perception=request.perception,
+    )
+
+
+def score(rows: Sequence[Row], settings: Settings) -> Score:
+    """Return how one configuration did.
+
+    Args:
+        rows: Its rows.
+        settings: What it changes.
+    """
+    ordered = sorted(rows, key=lambda row: row.key)
+    energies = [row.energy_j for row in ordered]
+    return Score(
+        settings=dict(settings),
+        success=rate([row.success for row in ordered]),
+        energy_j=span(mean_interval(energies)),
+        steps=sum(row.steps for row in ordered) / len(ordered),
+    )
+
+
+def span(interval: Interval) -> Span:
+    """Return estimate and ends as JSON can hold them."""
+    mean, low, high = interval
+    return (mean, None, None) if math.isnan(low) else (mean, low, high)
+
+
+def scores(
+    rows: Sequence[Row], planner: str, settings: Sequence[Settings]
+) -> list[Score]:
+    """Return how each configuration did, in the order of `settings`."""
+    of: dict[str, list[Row]] = {}
+    for row in rows:
+        of.setdefault(row.planner, []).append(row)
+    return [score(of[variant_name(planner, values)], values) for values in settings]
+
+
+def best(found: Sequence[Score]) -> Score:
+    """Return the score that the criterion selects; of equal ones the first."""
+    return max(found, key=lambda each: each.merit)
+
+
+def best_alone(found: Sequence[Score], line: Swept) -> str:
+    """Return the best value of one parameter while all others are at their default."""
+    own = [s for s in found if set(s.settings) <= {line.field}]
+    return best(own).settings.get(line.field, line.default)
+
+
+def combination(found: Sequence[Score], lines: Sequence[Swept]) -> dict[str, str]:
+    """Return the best value of every parameter, put together."""
+    alone = {line.field: best_alone(found, line) for line in lines}
+    return {k.field: alone[k.field] for k in lines if alone[k.field] != k.default}

@@ -1,0 +1,204 @@
+"""All stages of a sweep, one run folder each, and the tables that come out of them."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from beacon_mj.errors import RunError
+from beacon_mj.eval.metrics.row import Row
+from beacon_mj.eval.runs.experiment import Stage, run_stage
+from beacon_mj.eval.statistics.intervals import mcnemar, paired_interval
+from beacon_mj.eval.statistics.summary import summarize
+from beacon_mj.eval.studies import sweep as stages
+from beacon_mj.eval.studies.parameter_grid import (
+    Settings,
+    settings_of,
+    swept,
+    variant_name,
+)
+from beacon_mj.eval.studies.sweep import Request, Score, Span
+
+REQUEST, RESULT = "request.json", "sweep.json"
+
+
+class Line(msgspec.Struct, frozen=True, kw_only=True):
+    """A line of Table I.
+
+    Attributes:
+        field: The parameter.
+        default: The paper's default.
+        values: What was swept.
+        alone: The best value with all others at their default; None for a full grid.
+        best: Its value in the selected configuration.
+    """
+
+    field: str
+    default: str
+    values: tuple[str, ...]
+    alone: str | None
+    best: str
+
+
+class Gain(msgspec.Struct, frozen=True, kw_only=True):
+    """Selected less default on the report split, paired by scene.
+
+    Attributes:
+        success: Difference of the success rates.
+        p_value: Of McNemar's exact test.
+        energy_j: Mean difference over all scenes [J], and its bootstrap interval.
+    """
+
+    success: float
+    p_value: float
+    energy_j: Span
+
+
+class Result(msgspec.Struct, frozen=True, kw_only=True):
+    """What a sweep found.
+
+    Attributes:
+        request: What was asked for.
+        table_i: Default, values and best of each parameter.
+        scores: Every configuration on the selection split.
+        selected: What the selected configuration changes.
+        name: The selected configuration's name in the report.
+        report: The tables of the report split; see `summarize`.
+        gain: Selected less default; None if they are the same.
+    """
+
+    request: Request
+    table_i: tuple[Line, ...]
+    scores: tuple[Score, ...]
+    selected: dict[str, str]
+    name: str
+    report: dict[str, Any]
+    gain: Gain | None
+
+
+def run_sweep(request: Request, out: Path, workers: int, stage: Stage) -> Result:
+    """Run, or go on with, a sweep.
+
+    Args:
+        request: What to sweep.
+        out: Folder of the sweep: new, or of the same request.
+        workers: Processes.
+        stage: Opens each stage's progress.
+
+    Raises:
+        BeaconError: If an option is no good, or the folder is another sweep's.
+    """
+    lines, base = swept(request.planner), stages.base_entry(request)
+    settings = settings_of(lines, request.grid)
+    stages.select_config(request, settings)  # So that nothing is written if it is bad.
+    _claim(request, out)
+    found = _select(request, out / "select", settings, workers, stage)
+    alone: dict[str, str | None] = dict.fromkeys(line.field for line in lines)
+    if request.grid == "one-at-a-time":
+        alone |= {line.field: stages.best_alone(found, line) for line in lines}
+        both = stages.combination(found, lines)
+        if len(both) > 1:
+            found += _select(request, out / "combined", [both], workers, stage)
+    if request.trials:
+        found += _search(request, out, found, workers, stage)
+    best = stages.best(found).settings
+    rows = _report(request, out / "report", best, workers, stage)
+    name = variant_name(base.name, best)
+    result = Result(
+        request=request,
+        table_i=tuple(
+            Line(
+                field=line.field,
+                default=line.default,
+                values=line.values,
+                alone=alone[line.field],
+                best=best.get(line.field, line.default),
+            )
+            for line in lines
+        ),
+        scores=tuple(found),
+        selected=best,
+        name=name,
+        report=summarize(rows),
+        gain=_gain(rows, base.name, name),
+    )
+    _write(out / RESULT, result)
+    return result
+
+
+def _claim(request: Request, out: Path) -> None:
+    """Write the request into a new folder, or see that it is the same."""
+    path = out / REQUEST
+    text = msgspec.json.format(msgspec.json.encode(request), indent=1) + b"\n"
+    if path.exists():
+        if path.read_bytes() != text:
+            raise RunError(f"{out}: expected the options that the sweep began with.")
+        return
+    if out.is_dir() and any(p.name != f"{REQUEST}.part" for p in out.iterdir()):
+        raise RunError(f"{out}: expected a new folder or a sweep but it holds files.")
+    out.mkdir(parents=True, exist_ok=True)
+    _write(path, request)
+
+
+def _write(path: Path, value: Request | Result) -> None:
+    part = path.with_name(f"{path.name}.part")
+    part.write_bytes(msgspec.json.format(msgspec.json.encode(value), indent=1) + b"\n")
+    part.replace(path)
+
+
+def _select(
+    request: Request,
+    path: Path,
+    settings: Sequence[Settings],
+    workers: int,
+    stage: Stage,
+) -> list[Score]:
+    """Run configurations on the selection split and return their scores."""
+    config, refs = stages.select_config(request, settings)
+    planner = stages.base_entry(request).name
+
+    def scored(rows: Sequence[Row]) -> list[Score]:
+        return stages.scores(rows, planner, settings)
+
+    with stage(path.name, len(settings) * len(refs)) as update:
+        rows = run_stage(path, config, refs, workers, update, scored)
+    return scored(rows)
+
+
+def _search(
+    request: Request, out: Path, found: Sequence[Score], workers: int, stage: Stage
+) -> list[Score]:
+    """Let optuna try configurations beyond the grid."""
+    from beacon_mj.eval.studies.search import search
+
+    def tried(number: int, settings: Settings) -> Score:
+        path = out / "trials" / f"{number:04d}"
+        return _select(request, path, [settings], workers, stage)[0]
+
+    return search(request, out, found, tried)
+
+
+def _report(
+    request: Request, path: Path, best: Settings, workers: int, stage: Stage
+) -> list[Row]:
+    config, refs = stages.report_config(request, best)
+    with stage(path.name, len(config.planners) * len(refs)) as update:
+        return run_stage(path, config, refs, workers, update, summarize)
+
+
+def _gain(rows: Sequence[Row], default: str, selected: str) -> Gain | None:
+    if default == selected:
+        return None
+    ordered = sorted(rows, key=lambda row: row.key)
+    first = [row for row in ordered if row.planner == selected]
+    second = [row for row in ordered if row.planner == default]
+    won = [[row.success for row in each] for each in (first, second)]
+    energy = paired_interval(
+        [row.energy_j for row in first], [row.energy_j for row in second]
+    )
+    return Gain(
+        success=(sum(won[0]) - sum(won[1])) / len(first),
+        p_value=mcnemar(*won),
+        energy_j=stages.span(energy),
+    )

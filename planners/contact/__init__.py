@@ -1,0 +1,1 @@
+"""What planners that touch on purpose are composed of."""

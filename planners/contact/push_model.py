@@ -1,0 +1,187 @@
+"""The push model of the planners: forces, energies, and chain reactions.
+
+Everything here works on *perceived* footprints, as upright prisms in python-fcl
+(paper II.D and II.G). Forces in [N], lengths in [m].
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import fcl
+import numpy as np
+
+from beacon_mj.geometry import Array, Footprint, convex_hull
+from beacon_mj.interface import SensedObstacle
+
+#: Facets of a round footprint in the collision world.
+_FACETS = 16
+#: Overlap below which neighbours that merely touch do not count as hit [m].
+_GRAZE_M = 0.01
+
+
+@dataclass(frozen=True, slots=True)
+class Cascade:
+    """What a push would set in motion.
+
+    Attributes:
+        moved: Index and travel [m] of every obstacle that would move, in order.
+        force_n: Sum of the breakaway forces of all of them [N]: a row of n bodies
+            needs n times the force of one.
+        blocked_by: Index of the obstacle that makes the push infeasible, if any.
+    """
+
+    moved: tuple[tuple[int, float], ...]
+    force_n: float
+    blocked_by: int | None
+
+    @property
+    def feasible(self) -> bool:
+        """Whether the whole cascade gives way."""
+        return self.blocked_by is None
+
+
+class PushWorld:
+    """The perceived obstacles as prisms, for swept contacts of many candidates."""
+
+    def __init__(self, obstacles: Sequence[SensedObstacle]) -> None:
+        """Build the collision world of `obstacles`, in their order."""
+        self.obstacles = tuple(obstacles)
+        self._outlines = [outline(o.footprint) for o in self.obstacles]
+        self._prisms = [
+            prism(v, o.height_m)
+            for v, o in zip(self._outlines, self.obstacles, strict=True)
+        ]
+        self._objects = [fcl.CollisionObject(p) for p in self._prisms]
+        self._index = {id(p): i for i, p in enumerate(self._prisms)}
+        self._manager = fcl.DynamicAABBTreeCollisionManager()
+        self._manager.registerObjects(self._objects)
+        self._manager.setup()
+
+    def cascade(
+        self,
+        first: int,
+        travel: Array,
+        force: Callable[[int], float],
+        force_max_n: float,
+        fixed: Callable[[int], bool],
+    ) -> Cascade:
+        """Predict what moves when obstacle `first` is pushed by `travel` (II.G).
+
+        Args:
+            first: Index of the pushed obstacle.
+            travel: Its displacement, shape (2,) [m].
+            force: Breakaway force of an obstacle by index [N].
+            force_max_n: What the robot can apply; the forces of all bodies ahead of
+                it add up, other than printed, where each is compared alone.
+            fixed: Whether an obstacle is known not to give way.
+
+        Returns:
+            The cascade; it stops at the first obstacle that cannot be moved.
+        """
+        distance = float(np.hypot(*travel))
+        direction = travel / max(distance, 1e-12)
+        reach = {first: distance}
+        queue, total = [first], 0.0
+        order: list[tuple[int, float]] = []
+        while queue:
+            i = queue.pop(0)
+            total += force(i)
+            if fixed(i) or total > force_max_n:
+                return Cascade(tuple(order), total, i)
+            order.append((i, reach[i]))
+            for j, gap in self._hits(i, direction * reach[i]):
+                if j not in reach and reach[i] - gap > _GRAZE_M:
+                    reach[j] = reach[i] - gap
+                    queue.append(j)
+        return Cascade(tuple(order), total, None)
+
+    def _hits(self, i: int, travel: Array) -> list[tuple[int, float]]:
+        """Return (index, gap [m]) of the obstacles that i would sweep into."""
+        distance = float(np.hypot(*travel))
+        if distance <= 0.0:
+            return []
+        start = _shrunk(self._outlines[i])
+        swept = convex_hull(np.vstack([start, start + travel]))
+        height = self.obstacles[i].height_m
+        data = fcl.CollisionData(request=fcl.CollisionRequest(num_max_contacts=64))
+        probe = fcl.CollisionObject(prism(swept, height))
+        self._manager.collide(probe, data, fcl.defaultCollisionCallback)
+        found = set()
+        for contact in data.result.contacts:
+            for geometry in (contact.o1, contact.o2):
+                j = self._index.get(id(geometry))
+                if j is not None and j != i:
+                    found.add(j)
+        mover = fcl.CollisionObject(prism(start, height))
+        return sorted(
+            ((j, self._time_of_contact(mover, j, travel) * distance) for j in found),
+            key=lambda hit: hit[1],
+        )
+
+    def _time_of_contact(
+        self, mover: fcl.CollisionObject, j: int, travel: Array
+    ) -> float:
+        """Return the share of `travel` after which `mover` meets obstacle j."""
+        end = fcl.Transform(np.array([travel[0], travel[1], 0.0]))
+        other = self._objects[j]
+        result = fcl.ContinuousCollisionResult()
+        fcl.continuousCollide(
+            mover,
+            end,
+            other,
+            other.getTransform(),
+            fcl.ContinuousCollisionRequest(),
+            result,
+        )
+        return float(result.time_of_contact) if result.is_collide else 0.0
+
+
+def outline(footprint: Footprint) -> Array:
+    """Return a polygon around a footprint, round parts as facets, (k, 2) [m]."""
+    if footprint.radius == 0.0:
+        return footprint.vertices
+    angle = np.arange(_FACETS) * (2.0 * np.pi / _FACETS)
+    rim = footprint.radius * np.column_stack([np.cos(angle), np.sin(angle)])
+    points = footprint.vertices[:, None, :] + rim[None, :, :]
+    return convex_hull(points.reshape(-1, 2))
+
+
+def prism(vertices: Array, height_m: float) -> fcl.Convex:
+    """Return the upright prism over a counter-clockwise convex polygon (k, 2)."""
+    k = len(vertices)
+    solid = np.zeros((2 * k, 3))
+    solid[:k, :2] = vertices
+    solid[k:, :2] = vertices
+    solid[k:, 2] = height_m
+    faces = [k, *range(k - 1, -1, -1), k, *range(k, 2 * k)]
+    for i in range(k):
+        j = (i + 1) % k
+        faces += [4, i, j, k + j, k + i]
+    return fcl.Convex(solid, k + 2, np.array(faces))
+
+
+def _shrunk(vertices: Array) -> Array:
+    """Shrink a polygon a little, so that neighbours it touches do not count as hit."""
+    centre = vertices.mean(axis=0)
+    spread = np.hypot(*(vertices - centre).T).max()
+    return np.asarray(centre + (vertices - centre) * (1.0 - _GRAZE_M / spread))
+
+
+def impact_force_n(
+    speed_mps: float, obstacle_kg: float, robot_kg: float, stiffness_npm: float
+) -> float:
+    """Return the peak force of a touch, v sqrt(k m_eff) [N].
+
+    The bumper's spring stops the relative motion of two masses, with
+    m_eff = m_robot m_obstacle / (m_robot + m_obstacle). What the drive adds behind it
+    is not included.
+    """
+    effective = robot_kg * obstacle_kg / (robot_kg + obstacle_kg)
+    return float(speed_mps * np.sqrt(stiffness_npm * effective))
+
+
+def gentle_speed_mps(
+    force_n: float, obstacle_kg: float, robot_kg: float, stiffness_npm: float
+) -> float:
+    """Return the touching speed at which `impact_force_n` is `force_n` [m/s]."""
+    return force_n / impact_force_n(1.0, obstacle_kg, robot_kg, stiffness_npm)

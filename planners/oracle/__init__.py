@@ -1,0 +1,1 @@
+"""What planners are built from that are told the truth: reference planners only."""

@@ -1,0 +1,36 @@
+"""Warming up leaves nothing to compile for a decision."""
+
+from tests.repository import REPOSITORY
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+#: Compile in a fresh cache, then run episodes whose decisions have a tight limit.
+PROGRAM = """
+from beacon_mj.eval.runs.warm_up import compile_kernels
+compile_kernels()
+from beacon_mj import Protocol, generate_scene, load_planner, run_episode
+tight = Protocol(decision_limit_s={limit})
+for name in ("beacon", "dstar-lite", "bug2", "semantic"):
+    for family in ("collision-required", "collision-shortcut", "cluttered"):
+        scene = generate_scene(family, 1, seed=5000)
+        trace = run_episode(scene, load_planner(name)[1](), name, tight)
+        assert trace.outcome != "planner_error", (name, family, trace.detail)
+"""
+
+
+@pytest.mark.slow
+def test_no_decision_waits_for_the_compiler(tmp_path: Path) -> None:
+    environment = os.environ | {
+        "NUMBA_CACHE_DIR": str(tmp_path),
+        "PYTHONPATH": str(REPOSITORY),
+    }
+    done = subprocess.run(
+        [sys.executable, "-c", PROGRAM.format(limit=1.0)],
+        env=environment, capture_output=True, text=True,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert any(tmp_path.rglob("*.nbi")), "the cache folder was not used"

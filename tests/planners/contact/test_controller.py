@@ -1,0 +1,134 @@
+"""How a push is chosen among several, begun, and charged for."""
+
+import math
+
+import numpy as np
+import pytest
+import shapely
+
+from beacon_mj.episode.run import run_episode
+from beacon_mj.geometry import Array
+from beacon_mj.interface import Command, Observation
+from beacon_mj.motion.detour import FreeRoute
+from beacon_mj.planners.beacon import Beacon
+from beacon_mj.planners.beacon_voi import BeaconVoi
+from beacon_mj.planners.contact.candidates import PushPlan
+from beacon_mj.planners.contact.checks import next_in_chain
+from beacon_mj.planners.contact.cost_map import ContactMap
+from beacon_mj.planners.contact.decision import Decision
+from beacon_mj.planners.contact.push_model import Cascade
+from beacon_mj.scene_gen.generate import generate_scene
+from tests.kinematics import make_task
+from tests.sensed import observe, sensed_box
+
+SEED = 4000  # Neither the tuning nor the reported scenes.
+
+
+class Watched(Beacon):
+    """Beacon that notes how it comes to touch, and what it compares."""
+
+    def __init__(self) -> None:
+        """Start with empty notes."""
+        super().__init__()
+        self.touches: list[tuple[float, float, int]] = []
+        self.compared: list[tuple[Decision, list[PushPlan]]] = []
+        self._steps = 0
+
+    def act(self, observation: Observation) -> Command:
+        """Note the speed with which a push begins, and what was allowed [m/s]."""
+        before = self._controller
+        closing = before is not None and before.phase == "touch"
+        command = super().act(observation)
+        self._steps = self._steps + 1 if closing else 0
+        if closing and before is not None and before.phase == "push":
+            speed = float(np.hypot(*observation.velocity_mps))
+            self.touches.append((speed, before._limits.touch_mps, self._steps))
+        return command
+
+    def compare(
+        self, observation: Observation, plans: list[PushPlan], detour: FreeRoute
+    ) -> Decision:
+        """Note what there was to choose from."""
+        decision = super().compare(observation, plans, detour)
+        self.compared.append((decision, plans))
+        return decision
+
+
+@pytest.fixture(scope="module")
+def watched() -> Watched:
+    planner = Watched()
+    touches, compared = [], []
+    for family in ("collision-required", "collision-shortcut"):
+        for index in range(6):
+            run_episode(generate_scene(family, index, seed=SEED), planner)
+            touches += planner.touches
+            compared += planner.compared
+            planner.touches, planner.compared = [], []
+    planner.touches, planner.compared = touches, compared
+    return planner
+
+
+def test_a_touch_is_as_slow_as_it_must_be_and_not_slower(watched: Watched) -> None:
+    assert len(watched.touches) >= 6
+    for speed, allowed, steps in watched.touches:
+        assert speed < 1.1 * allowed + 0.01
+        assert steps <= 5  # 60 mm at 0.1 m/s would take six.
+
+
+def test_the_first_obstacle_met_is_not_always_pushed(watched: Watched) -> None:
+    chosen = [(d.plan.index, p[0].index) for d, p in watched.compared if d.plan]
+    assert any(pushed == first for pushed, first in chosen)
+    assert any(pushed != first for pushed, first in chosen)
+
+
+def test_cost_is_charged_by_how_far_an_obstacle_is_in_the_way() -> None:
+    radius = 0.125
+    task = make_task((1.0, 3.0), (5.0, 3.0))
+    box = sensed_box("a")
+    observation = observe((1.0, 3.0), box)
+    contact_map = ContactMap(task, 0.05, radius)
+    contact_map.plan(observation, {0: 2.0})
+    charged = contact_map._route.engine.cost
+    grid = contact_map._route.field.grid
+    outline = shapely.MultiPoint(box.footprint.vertices).convex_hull
+    free = np.flatnonzero(np.isfinite(charged))
+    for point, cost in zip(grid.centres(free), charged[free], strict=True):
+        assert cost == pytest.approx(2.0 * overlap(outline, point, radius), abs=1e-9)
+
+
+def overlap(outline: shapely.Polygon, point: Array, radius: float) -> float:
+    """Depth to which a disc is inside of a polygon, in diameters, at most one."""
+    here = shapely.Point(point)
+    gap = outline.distance(here)
+    if outline.contains(here):
+        gap = -outline.exterior.distance(here)
+    return float(min(max(radius - gap, 0.0) / (2.0 * radius), 1.0))
+
+
+@pytest.mark.parametrize(
+    ("beside_m", "counts"), [(-0.05, True), (0.003, True), (0.03, False)]
+)
+def test_a_neighbour_just_beside_the_way_counts(beside_m: float, counts: bool) -> None:
+    """A pushed box turns a little: what it would just miss, it may well strike."""
+    task = make_task((1.0, 3.0), (5.0, 3.0))
+    pushed = sensed_box("pushed", 2.0, 3.0, length=0.3, width=0.3)
+    other = sensed_box("other", 2.4, 3.3 + beside_m, length=0.3, width=0.3)
+    observation = observe((1.0, 3.0), pushed, other)
+    east = np.array([1.0, 0.0])
+    alone = Cascade(((0, 0.5),), 10.0, None)
+    plan = PushPlan(0, "pushed", east, np.zeros(2), np.zeros(2), 0.5, alone)
+    chain = next_in_chain(observation, plan, task)
+    assert chain == (["pushed", "other"] if counts else ["pushed"])
+
+
+def test_voi_pushes_what_was_left_on_the_goal() -> None:
+    """No path leads there any more, whatever the coarser travel times say."""
+    task = make_task((1.0, 3.0), (5.018, 3.005))
+    box = sensed_box("a", 5.102, 3.256, length=0.2, scores=(0.01, 0.98, 0.01))
+    observation = observe((4.0, 3.0), box)
+    planner = BeaconVoi()
+    planner.reset(task)
+    command = planner.act(observation)
+    assert math.isfinite(planner._times.from_point(observation.position_m))
+    assert command.rationale.action == "approach"
+    assert command.rationale.cost_detour == math.inf

@@ -1,0 +1,240 @@
+"""Pictures are made without a screen and show what the log holds."""
+
+import dataclasses
+import subprocess
+import sys
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+import shapely
+
+from beacon_mj.episode.protocol import Protocol
+from beacon_mj.episode.run import run_episode
+from beacon_mj.errors import BeaconError, LogError
+from beacon_mj.interface import Command, Observation, Rationale
+from beacon_mj.recording import read_log, read_trace
+from beacon_mj.rendering import (
+    plot_panel,
+    render_scene,
+    render_strip,
+    render_video,
+    view_scene,
+)
+from beacon_mj.world import World
+from tests.recording.samples import PushThrough, record, scene_with_damage
+from tests.repository import REPOSITORY
+
+av = pytest.importorskip("av")
+pytest.importorskip("PIL")
+
+from PIL import Image  # noqa: E402
+
+from beacon_mj.rendering import filmstrip, gl, panel, playback  # noqa: E402
+from beacon_mj.rendering.captions import describe  # noqa: E402
+
+
+def _can_draw() -> bool:
+    try:
+        gl.backend()
+    except gl.RenderError:
+        return False
+    return True
+
+
+needs_gl = pytest.mark.skipif(not _can_draw(), reason="no headless OpenGL here")
+
+
+class Pathless(PushThrough):
+    """Plans no path, which has the colour of the bumper."""
+
+    def act(self, observation: Observation) -> Command:
+        return dataclasses.replace(super().act(observation), rationale=Rationale())
+
+
+@pytest.fixture(scope="module")
+def log_path(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A run that ends soon after something broke."""
+    scene = scene_with_damage()
+    steps = run_episode(scene, PushThrough()).steps
+    first = next(k for k, s in enumerate(steps) if s.outcome.damages)
+    path = tmp_path_factory.mktemp("logs") / "x.mcap"
+    record(path, scene, PushThrough(), Protocol(max_steps=first + 5))
+    return path
+
+
+def _blue_centre(picture: np.ndarray) -> np.ndarray:
+    """Return the mean pixel (row, column) of the bumper's colour."""
+    pixels = picture.astype(float) / 255.0
+    blue = (pixels[..., 2] > 0.45) & (pixels[..., 0] < 0.25)
+    assert blue.sum() > 20
+    return np.asarray(np.argwhere(blue).mean(axis=0))
+
+
+@needs_gl
+def test_robot_moves_across_the_picture(tmp_path: Path) -> None:
+    path = tmp_path / "x.mcap"
+    live = record(path, planner=Pathless(), protocol=Protocol(max_steps=30))
+    with playback.Playback(read_log(path), 320, 240) as frames:
+        first, last = frames.picture(0), frames.picture(frames.steps)
+    assert first.shape == (240, 320, 3)
+    assert first.std() > 10.0
+    metres = live.steps[-1].outcome.position_m[0] - live.start_m[0]
+    assert metres > 1.0
+    # The blue start disc stays, so the mean moves less than the robot.
+    assert _blue_centre(last)[1] - _blue_centre(first)[1] > 5.0 * metres
+
+
+@needs_gl
+def test_broken_obstacle_changes_colour(log_path: Path) -> None:
+    trace = read_trace(log_path)
+    broken = {d.obstacle for s in trace.steps for d in s.outcome.damages}
+    numbers = [i for i, o in enumerate(trace.scene.obstacles) if o.id in broken]
+    with playback.Playback(read_log(log_path), 64, 48) as frames:
+        before, after = (frames.obstacle_colours(k) for k in (0, frames.steps))
+    assert numbers
+    assert np.abs(before[numbers] - after[numbers]).max(axis=1).min() > 0.2
+
+
+@needs_gl
+def test_video_has_a_frame_per_step_and_they_differ(
+    log_path: Path, tmp_path: Path
+) -> None:
+    out = render_video(log_path, tmp_path / "x.mp4", width=320, height=360)
+    with av.open(str(out)) as container:
+        stream = container.streams.video[0]
+        assert (stream.width, stream.height) == (320, 360)
+        assert stream.average_rate == 20
+        frames = [f.to_ndarray(format="rgb24") for f in container.decode(stream)]
+    steps = len(read_trace(log_path).steps)
+    assert len(frames) == steps + 1 + 30
+    changes = [
+        np.abs(a[:240].astype(int) - b[:240]).mean()
+        for a, b in zip(frames, frames[10:steps], strict=False)
+    ]
+    assert min(changes) > 0.05
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["x.mp4"]
+
+
+@needs_gl
+def test_strip_shows_start_pushes_and_end(log_path: Path, tmp_path: Path) -> None:
+    out = render_strip(log_path, tmp_path / "x.png", width=200, height=160)
+    with Image.open(out) as image:
+        pixels = np.asarray(image)
+    assert pixels.shape[0] > 2 * 160
+    assert pixels.shape[1] > 3 * 200
+    cells = [pixels[:160, k * 208 : k * 208 + 200] for k in range(3)]
+    assert min(c.std() for c in cells) > 10.0
+    assert not np.array_equal(cells[0], cells[2])
+
+
+def test_moments_hold_ends_and_what_happened(log_path: Path) -> None:
+    trace = read_trace(log_path)
+    told = [k + 1 for k, s in enumerate(trace.steps) if s.outcome.attempts]
+    chosen = filmstrip.moments(trace, 6)
+    assert chosen == sorted(set(chosen))
+    assert (chosen[0], chosen[-1], len(chosen)) == (0, len(trace.steps), 6)
+    assert set(told) & set(chosen)
+    trace.steps[:] = trace.steps[:2]
+    assert filmstrip.moments(trace, 6) == [0, 1, 2]
+
+
+@needs_gl
+def test_text_names_decision_costs_and_end(log_path: Path) -> None:
+    with playback.Playback(read_log(log_path), 64, 48) as frames:
+        lines = "\n".join(describe(frames.trace, frames.steps))
+        pushed = next(
+            k + 1
+            for k, s in enumerate(frames.trace.steps)
+            if s.command.rationale.cost_push is not None
+        )
+        costs = "\n".join(describe(frames.trace, pushed))
+    assert "straight through" in lines
+    assert "END: timeout" in lines
+    assert "C_push = 1.5" in costs
+    assert "C_detour = inf" in costs
+
+
+@needs_gl
+def test_scene_picture(tmp_path: Path, log_path: Path) -> None:
+    scene = read_log(log_path).scene
+    out = render_scene(scene, tmp_path / "s.png", width=320, height=240)
+    with Image.open(out) as image:
+        assert image.size == (320, 240)
+        assert np.asarray(image).std() > 10.0
+    with pytest.raises(BeaconError, match=r"s.png.s.png: cannot write"):
+        render_scene(scene, tmp_path / "s.png" / "s.png", width=64, height=48)
+
+
+def test_panel_shows_way_footprints_and_events(log_path: Path, tmp_path: Path) -> None:
+    trace = read_trace(log_path)
+    out = plot_panel(log_path, tmp_path / "panel.svg")
+    root = ElementTree.parse(out).getroot()
+    polygons = [e for e in root.iter() if e.tag.endswith("polygon")]
+    before = [e for e in polygons if e.get("stroke-dasharray")]
+    moved = {d.obstacle for s in trace.steps for d in s.outcome.displacements}
+    assert moved
+    assert len(before) == len(moved)
+    assert len(polygons) == len(before) + len(trace.scene.obstacles)
+    ways = [e.get("points", "") for e in root.iter() if e.tag.endswith("polyline")]
+    assert [len(way.split()) for way in ways] == [len(trace.steps) + 1] * 2
+    x, y = trace.steps[-1].outcome.position_m
+    assert ways[0].endswith(f"{x:.4f},{y:.4f}")
+    broken = [e for e in polygons if e.get("stroke") == panel.MARKS["broken"]]
+    assert len(broken) == len(
+        {d.obstacle for s in trace.steps for d in s.outcome.damages}
+    )
+
+
+def test_panel_is_no_png(log_path: Path, tmp_path: Path) -> None:
+    with pytest.raises(LogError, match=r"panel.png: expected a name .* \.svg"):
+        plot_panel(log_path, tmp_path / "panel.png")
+    assert not list(tmp_path.iterdir())
+
+
+def test_panel_outlines_are_the_worlds_own(log_path: Path) -> None:
+    log = read_log(log_path)
+    world = World(log.scene)
+    model = world.model
+    for obstacle, outline in zip(log.scene.obstacles, world.outlines, strict=True):
+        drawn = shapely.Polygon(panel._outline(log, model, obstacle, 0))
+        true = outline.polygon()
+        assert drawn.symmetric_difference(true).area < 0.02 * true.area
+
+
+def test_unreadable_log_leaves_no_output(tmp_path: Path) -> None:
+    with pytest.raises(LogError, match=r"gone.mcap: cannot read"):
+        render_video(tmp_path / "gone.mcap", tmp_path / "x.mp4")
+    assert not list(tmp_path.iterdir())
+
+
+def test_viewer_without_display_says_what_to_do(
+    log_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "platform", "linux")
+    monkeypatch.delenv("DISPLAY", raising=False)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    with pytest.raises(BeaconError, match=r"--png out.png"):
+        view_scene(read_log(log_path).scene)
+
+
+def test_missing_backend_names_the_package(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "platform", "linux")
+    monkeypatch.setattr(gl, "_works", lambda name: False)
+    monkeypatch.delenv("MUJOCO_GL", raising=False)
+    gl.backend.cache_clear()
+    with pytest.raises(gl.RenderError, match=r"apt-get install libosmesa6"):
+        gl.backend()
+    monkeypatch.setenv("MUJOCO_GL", "egl")
+    with pytest.raises(gl.RenderError, match=r"MUJOCO_GL=egl asks for it"):
+        gl.backend()
+    gl.backend.cache_clear()
+
+
+def test_import_is_light() -> None:
+    code = (
+        "import sys, beacon_mj, beacon_mj.rendering; "
+        "assert not {'av', 'PIL', 'mcap', 'OpenGL'} & sys.modules.keys()"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, cwd=REPOSITORY)
