@@ -6,7 +6,7 @@ Names are imported when they are first used, so that `import beacon_mj` is cheap
 import importlib
 from typing import TYPE_CHECKING, Any
 
-__version__ = "0.1.0"
+__version__ = "0.2.0.dev0"
 
 if TYPE_CHECKING:
     from beacon_mj.episode.conformance import check_planner as check_planner
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from beacon_mj.eval.metrics.measure import measure as measure
     from beacon_mj.interface import Command as Command
     from beacon_mj.interface import Observation as Observation
-    from beacon_mj.interface import Rationale as Rationale
+    from beacon_mj.interface import PlannerInfo as PlannerInfo
     from beacon_mj.interface import SensedObstacle as SensedObstacle
     from beacon_mj.interface import Task as Task
     from beacon_mj.planners.base import Planner as Planner
@@ -35,7 +35,7 @@ _HOME = {
     "Observation": "beacon_mj.interface",
     "Planner": "beacon_mj.planners.base",
     "Protocol": "beacon_mj.episode.protocol",
-    "Rationale": "beacon_mj.interface",
+    "PlannerInfo": "beacon_mj.interface",
     "Scene": "beacon_mj.scene",
     "SensedObstacle": "beacon_mj.interface",
     "Task": "beacon_mj.interface",

@@ -5,6 +5,9 @@ from typing import Literal
 InteractionClass = Literal["safe", "movable", "fragile"]
 #: Interaction classes of the paper (III.B), in the order of every probability vector.
 CLASSES: tuple[InteractionClass, ...] = ("safe", "movable", "fragile")
+#: Version of rows, run folders and logs: raised when a column or a topic changes its
+#: name or its meaning. Those of version 0.1 carry none.
+SCHEMA = 2
 #: The columns of a row that no two runs need share.
 WALL_CLOCK_COLUMNS = frozenset({"plan_ms_p50", "plan_ms_p99", "wall_time_s"})
 GRAVITY = 9.81  #: Gravitational acceleration [m/s^2].

@@ -149,7 +149,7 @@ class Observation:
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
-class Rationale:
+class PlannerInfo:
     """Why a command was chosen. Only the log and the metrics read it.
 
     Attributes:
@@ -187,4 +187,4 @@ class Command:
 
     velocity_mps: Array
     give_up: bool = False
-    rationale: Rationale = Rationale()
+    info: PlannerInfo = PlannerInfo()

@@ -1,4 +1,4 @@
-"""Knows everything about the world and has tried it all before: the upper anchor."""
+"""Knows everything about the world and has tried it all before: the upper bound."""
 
 import heapq
 import math
@@ -11,7 +11,7 @@ import numpy as np
 
 from beacon_mj.errors import PlannerError
 from beacon_mj.geometry import Array, Footprints
-from beacon_mj.interface import Command, Observation, Rationale, Task
+from beacon_mj.interface import Command, Observation, PlannerInfo, Task
 from beacon_mj.motion.string_pulling import length
 from beacon_mj.planners.base import Planner
 from beacon_mj.planners.checks import expect_between
@@ -98,13 +98,13 @@ class Clairvoyant(Oracle):
             return give_up(f"No clean way in {self.rehearsals} rehearsals.")
         if observation.step >= self.best.steps:
             return give_up("The world did not do what it did in the rehearsal.")
-        rationale = Rationale(
+        info = PlannerInfo(
             action="follow",
             reason=f"The best of {self.rehearsals} rehearsals.",
             path_m=self.best.positions_m[observation.step :],
         )
         velocity = self.best.velocities_mps[observation.step]
-        return Command(velocity_mps=velocity, rationale=rationale)
+        return Command(velocity_mps=velocity, info=info)
 
 
 #: Bound [steps], order of discovery, what may be pushed, and the shortest path.

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import ClassVar
 
-from beacon_mj.interface import Command, Observation, Rationale, Task
+from beacon_mj.interface import Command, Observation, PlannerInfo, Task
 from beacon_mj.motion.detour import FreeRoute
 from beacon_mj.planners.base import Planner
 from beacon_mj.planners.checks import expect, expect_between
@@ -69,13 +69,13 @@ class DStarLitePlanner(Planner):
             return give_up(f"Got stuck {self._recovery.stalls} times.")
         if away is not None:
             reason = "No progress: away from what is near."
-            rationale = Rationale(action="back_off", reason=reason)
-            return Command(velocity_mps=away, rationale=rationale)
+            info = PlannerInfo(action="back_off", reason=reason)
+            return Command(velocity_mps=away, info=info)
         expansions = self._replan(observation)
         if self._route.path is None:
             room_mm = 1000.0 * self.config.tight_margin_m
             return give_up(f"The known map has no way with {room_mm:g} mm of room.")
-        rationale = Rationale(
+        info = PlannerInfo(
             action="move",
             reason="Along the shortest path on the known map.",
             path_m=self._route.left(),
@@ -83,7 +83,7 @@ class DStarLitePlanner(Planner):
             expansions=expansions,
         )
         velocity = self._route.velocity(observation)
-        return Command(velocity_mps=velocity, rationale=rationale)
+        return Command(velocity_mps=velocity, info=info)
 
     def _replan(self, observation: Observation) -> int:
         """Repair the search, refining it where there is no way; return expansions."""

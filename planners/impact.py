@@ -9,8 +9,8 @@ from beacon_mj.geometry import Array, Footprints, Mask
 from beacon_mj.interface import (
     Command,
     Observation,
+    PlannerInfo,
     Probabilities,
-    Rationale,
     SensedObstacle,
     Task,
 )
@@ -91,8 +91,8 @@ class Impact(Planner):
             return give_up(f"Got stuck {self._recovery.stalls} times.")
         if away is not None:
             reason = "No progress: away from what is near."
-            rationale = Rationale(action="back_off", reason=reason)
-            return Command(velocity_mps=away, rationale=rationale)
+            info = PlannerInfo(action="back_off", reason=reason)
+            return Command(velocity_mps=away, info=info)
         stale = self._recovery.ended or self._version != observation.map_version
         if stale:
             self._plan(observation)
@@ -153,7 +153,7 @@ class Impact(Planner):
             speed_mps=self.config.contact_mps if contact else self._task.speed_mps,
         )
         self._progress = tracking.progress_m
-        rationale = Rationale(
+        info = PlannerInfo(
             action="push" if touching else "move",
             reason="Along the cheapest path on the contact-cost map.",
             target=observation.obstacles[touching[0]].id if touching else None,
@@ -161,4 +161,4 @@ class Impact(Planner):
             replanned=replanned,
             expansions=self._map.expansions if replanned else 0,
         )
-        return Command(velocity_mps=tracking.velocity_mps, rationale=rationale)
+        return Command(velocity_mps=tracking.velocity_mps, info=info)

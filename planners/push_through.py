@@ -1,11 +1,11 @@
-"""Straight to the goal, whatever stands there: the lower anchor of every table."""
+"""Straight to the goal, whatever stands there: the lower bound of every table."""
 
 from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
-from beacon_mj.interface import Command, Observation, Rationale, Task
+from beacon_mj.interface import Command, Observation, PlannerInfo, Task
 from beacon_mj.planners.base import Planner
 from beacon_mj.planners.checks import expect_between
 from beacon_mj.planners.recovery import STALL_RADIUS_M, give_up
@@ -57,7 +57,7 @@ class PushThrough(Planner):
         speed = min(limit, distance / task.control_period_s)
         return Command(
             velocity_mps=offset * (speed / max(distance, 1e-9)),
-            rationale=Rationale(
+            info=PlannerInfo(
                 reason="Straight to the goal.",
                 path_m=np.array([observation.position_m, task.goal_m]),
             ),

@@ -3,7 +3,7 @@
 import numpy as np
 
 from beacon_mj.geometry import Array
-from beacon_mj.interface import Command, Observation, Rationale, Task
+from beacon_mj.interface import Command, Observation, PlannerInfo, Task
 
 #: A robot that stays within this distance is not getting anywhere [m].
 STALL_RADIUS_M = 0.05
@@ -72,5 +72,5 @@ class Recovery:
 
 def give_up(reason: str) -> Command:
     """Return the command that ends the episode, and why."""
-    rationale = Rationale(action="give_up", reason=reason)
-    return Command(velocity_mps=np.zeros(2), give_up=True, rationale=rationale)
+    info = PlannerInfo(action="give_up", reason=reason)
+    return Command(velocity_mps=np.zeros(2), give_up=True, info=info)

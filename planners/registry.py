@@ -13,7 +13,7 @@ from beacon_mj.planners.base import Planner
 
 GROUP = "beacon_mj.planners"  #: Entry-point group through which third parties join.
 #: The planners of the paper's Table II: what `all` stands for.
-COMPETITORS = {
+PAPER = {
     "bug1": "beacon_mj.planners.bug1:Bug1",
     "bug2": "beacon_mj.planners.bug2:Bug2",
     "dstar-lite": "beacon_mj.planners.dstar_lite:DStarLitePlanner",
@@ -22,8 +22,8 @@ COMPETITORS = {
 }
 #: Planners of our own; `beacon` stays the paper's.
 OURS = {"beacon-voi": "beacon_mj.planners.beacon_voi:BeaconVoi"}
-#: Yardsticks: beside the table, never in it. `clairvoyant` is told the truth.
-ANCHORS = {
+#: Reference planners: beside the table, never in it. `clairvoyant` is told the truth.
+REFERENCE = {
     "impact": "beacon_mj.planners.impact:Impact",
     "push-through": "beacon_mj.planners.push_through:PushThrough",
     "clairvoyant": "beacon_mj.planners.clairvoyant:Clairvoyant",
@@ -37,7 +37,7 @@ def planner_names() -> dict[str, str]:
     A third party's planner cannot take the name of a built-in one.
     """
     third = {e.name: e.value for e in entry_points(group=GROUP)}
-    return third | COMPETITORS | OURS | ANCHORS
+    return third | PAPER | OURS | REFERENCE
 
 
 def load_planner(spec: str) -> tuple[str, type[Planner]]:

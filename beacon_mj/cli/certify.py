@@ -67,7 +67,7 @@ def _report(rows: list[Row]) -> int:
     failed = [row for row in rows if not row.clean_success]
     for row in sorted(failed, key=lambda r: r.key):
         print(
-            f"{row.family}_{row.index:04d}: {verdict(row)}. {row.detail}".rstrip(),
+            f"{row.scene_name}: {verdict(row)}. {row.detail}".rstrip(),
             file=sys.stderr,
         )
     print(f"{len(rows) - len(failed)} of {len(rows)} scenes solved without damage")

@@ -17,7 +17,7 @@ from beacon_mj.eval.statistics.regression_gates import parse_gate, violations
 COSTS = {
     "path_length_m": ("path m\n", 2),
     "energy_j": ("energy J\n", 0),
-    "energy_kd2_j": ("energy J\nkd 2 J/m", 1),
+    "energy_rolling_j": ("energy J\nkd 2 J/m", 1),
 }
 LEGEND = (
     "Differences, first minus second, on the same scenes, with 95 % intervals.\n"

@@ -90,7 +90,7 @@ def _numbers(cell: dict[str, Any]) -> list[str]:
         _number(cell["mean_over_successes"]["path_length_m"], 2),
         _number(mean["contacts"], 2),
         _number(mean["energy_j"], 0),
-        _number(mean["broken"], 2),
+        _number(mean["obstacles_broken"], 2),
     ]
 
 

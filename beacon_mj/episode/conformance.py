@@ -12,7 +12,7 @@ from beacon_mj.episode.rollout import truth_about
 from beacon_mj.episode.run import make_task, run_episode
 from beacon_mj.episode.sensor import Sensor
 from beacon_mj.errors import PlannerError
-from beacon_mj.interface import Command, Observation, Rationale, Task
+from beacon_mj.interface import Command, Observation, PlannerInfo, Task
 from beacon_mj.planners.base import Planner
 from beacon_mj.planners.oracle.truth import Oracle
 from beacon_mj.scene import Scene
@@ -124,13 +124,13 @@ def _check_command(
         raise PlannerError(
             f"{name}: expected a finite velocity of shape (2,) but it was {velocity}."
         )
-    _check_rationale(name, command.rationale, observation)
+    _check_info(name, command.info, observation)
     return velocity
 
 
-def _check_rationale(name: str, rationale: Rationale, observation: Observation) -> None:
+def _check_info(name: str, info: PlannerInfo, observation: Observation) -> None:
     known = {o.id for o in observation.obstacles}
-    for obstacle, p in rationale.beliefs.items():
+    for obstacle, p in info.beliefs.items():
         if obstacle not in known:
             raise PlannerError(
                 f"{name}: expected beliefs about sensed obstacles but {obstacle!r} "
@@ -141,7 +141,7 @@ def _check_rationale(name: str, rationale: Rationale, observation: Observation) 
                 f"{name}: expected a belief to be three probabilities that sum to 1 "
                 f"but that about {obstacle!r} was {p}."
             )
-    shape = (0, 2) if rationale.path_m is None else np.shape(rationale.path_m)
+    shape = (0, 2) if info.path_m is None else np.shape(info.path_m)
     if len(shape) != 2 or shape[1] != 2:
         raise PlannerError(
             f"{name}: expected path_m of shape (m, 2) but it was {shape}."

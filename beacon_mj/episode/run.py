@@ -147,7 +147,7 @@ class _Loop:
             while True:
                 command, seconds = self._decide(observation)
                 if command.give_up:
-                    self.trace.detail = command.rationale.reason
+                    self.trace.detail = command.info.reason
                     return "gave_up"
                 outcome = self.world.step(command.velocity_mps)
                 observation = self._record(command, outcome, seconds, observation)

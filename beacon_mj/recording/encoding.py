@@ -6,7 +6,7 @@ import numpy as np
 
 from beacon_mj.episode.trace import StepRecord
 from beacon_mj.geometry import Array
-from beacon_mj.interface import Command, Observation, Rationale, SensedObstacle
+from beacon_mj.interface import Command, Observation, PlannerInfo, SensedObstacle
 from beacon_mj.recording.drawing import ARENA, stamp
 from beacon_mj.recording.messages import message
 from beacon_mj.world import Damage, PairForce
@@ -66,7 +66,7 @@ def split_path(path_m: Array, plan_m: Array) -> tuple[Array, int] | None:
 def command_message(command: Command, head_m: Array, tail: int) -> Any:
     """Return a velocity command [m/s], and the path as `split_path` gives it."""
     out = message("beacon_mj.Command")(
-        has_path=command.rationale.path_m is not None, path_tail=tail
+        has_path=command.info.path_m is not None, path_tail=tail
     )
     set_planar(out.velocity_mps, command.velocity_mps)
     for x, y in head_m.tolist():
@@ -74,29 +74,29 @@ def command_message(command: Command, head_m: Array, tail: int) -> Any:
     return out
 
 
-def decision_message(rationale: Rationale) -> Any:
+def decision_message(info: PlannerInfo) -> Any:
     """Return why a command was chosen; path and beliefs are in other messages."""
     out = message("beacon_mj.Decision")(
-        action=rationale.action,
-        reason=rationale.reason,
-        replanned=rationale.replanned,
-        expansions=rationale.expansions,
+        action=info.action,
+        reason=info.reason,
+        replanned=info.replanned,
+        expansions=info.expansions,
     )
-    if rationale.target is not None:
-        out.target = rationale.target
-    if rationale.cost_push is not None:
-        out.cost_push = float(rationale.cost_push)
-    if rationale.cost_detour is not None:
-        out.cost_detour = float(rationale.cost_detour)
-    for name, value in rationale.terms.items():
+    if info.target is not None:
+        out.target = info.target
+    if info.cost_push is not None:
+        out.cost_push = float(info.cost_push)
+    if info.cost_detour is not None:
+        out.cost_detour = float(info.cost_detour)
+    for name, value in info.terms.items():
         out.terms.add(name=name, value=float(value))
     return out
 
 
-def belief_message(rationale: Rationale) -> Any:
+def belief_message(info: PlannerInfo) -> Any:
     """Return the class probabilities of every obstacle that a planner knows."""
     out = message("beacon_mj.Belief")()
-    for name, (safe, movable, fragile) in rationale.beliefs.items():
+    for name, (safe, movable, fragile) in info.beliefs.items():
         out.obstacles.add(obstacle=name, safe=safe, movable=movable, fragile=fragile)
     return out
 

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from typing import Any, Literal
 
 from beacon_mj.episode.trace import StepRecord, Trace
-from beacon_mj.interface import Rationale
+from beacon_mj.interface import PlannerInfo
 from beacon_mj.recording.drawing import stamp
 from beacon_mj.recording.messages import message
 from beacon_mj.scene import Scene
@@ -12,11 +12,11 @@ from beacon_mj.scene import Scene
 Level = Literal["DEBUG", "INFO", "WARNING", "ERROR"]
 
 
-def replanned(rationale: Rationale, time_ns: int) -> Any:
+def replanned(info: PlannerInfo, time_ns: int) -> Any:
     """Return that the path was planned anew."""
-    text = f"replan: {rationale.expansions} expansions"
-    if rationale.reason:
-        text += f"; {rationale.reason}"
+    text = f"replan: {info.expansions} expansions"
+    if info.reason:
+        text += f"; {info.reason}"
     return _event(time_ns, "INFO", "planner", text)
 
 

@@ -11,7 +11,7 @@ import mujoco
 import numpy as np
 
 from beacon_mj import __version__
-from beacon_mj.constants import WALL_CLOCK_COLUMNS
+from beacon_mj.constants import SCHEMA, WALL_CLOCK_COLUMNS
 from beacon_mj.episode.trace import Trace
 
 _PACKAGES = ("numpy", "numba", "shapely")
@@ -33,6 +33,7 @@ def config(trace: Trace, planner_config: Any, seed: int) -> dict[str, str]:
     """Return what is needed to repeat an episode, as metadata."""
     scene = trace.scene
     return {
+        "schema": str(SCHEMA),
         "planner": trace.planner,
         "planner_config": to_json(planner_config),
         "planner_seed": str(seed),

@@ -11,6 +11,7 @@ import numpy as np
 from google.protobuf.message import DecodeError
 from mcap.records import Attachment, Channel, McapRecord, Message, Metadata, Schema
 
+from beacon_mj.constants import SCHEMA
 from beacon_mj.episode.protocol import Protocol
 from beacon_mj.errors import LogError, SceneError
 from beacon_mj.geometry import Array
@@ -103,6 +104,7 @@ def read_log(path: str | Path) -> Log:
     for record in container.records():
         _collect(raw, record, path)
     _check_attachments(raw, path)
+    _check_schema(raw, path)
     messages = _whole_steps(_decoded(raw, path))
     qpos, qvel = _states(messages, path)
     return Log(
@@ -162,6 +164,17 @@ def _check_attachments(raw: _Raw, path: Path) -> None:
                 f"{path}: expected attachment {name!r} to have SHA-256 "
                 f"{digests[name][:16]}... but it has {found[:16]}..."
             )
+
+
+def _check_schema(raw: _Raw, path: Path) -> None:
+    """Refuse a log whose topics or columns had other names."""
+    found = raw.metadata.get("config", {}).get("schema", "1")
+    if found != str(SCHEMA):
+        writer = raw.metadata.get("versions", {}).get("beacon-mj", "an unknown version")
+        raise LogError(
+            f"{path}: expected a log of schema {SCHEMA} but it is of schema {found}: "
+            f"read it with the beacon-mj that wrote it, {writer}."
+        )
 
 
 def _scene(raw: _Raw, path: Path) -> Scene:

@@ -13,8 +13,8 @@ from beacon_mj.interface import (
     Action,
     Command,
     Evidence,
+    PlannerInfo,
     Probabilities,
-    Rationale,
 )
 from beacon_mj.recording.reader import Log, read_log
 from beacon_mj.world.outcome import Damage, Displacement, PairForce, StepOutcome
@@ -100,7 +100,7 @@ class _Rebuild:
         return StepRecord(
             command=Command(
                 velocity_mps=_planar(command[1].velocity_mps),
-                rationale=self._rationale(*command),
+                info=self._info(*command),
             ),
             outcome=self._outcome(*step),
             battery=step[1].battery,
@@ -108,7 +108,7 @@ class _Rebuild:
             decision_s=0.0,
         )
 
-    def _rationale(self, time_ns: int, command: Any) -> Rationale:
+    def _info(self, time_ns: int, command: Any) -> PlannerInfo:
         if (found := self._decisions.until(time_ns)) is not None:
             self._decision = found
         if (decision := self._decision) is None:
@@ -119,7 +119,7 @@ class _Rebuild:
             self._beliefs = {
                 b.obstacle: (b.safe, b.movable, b.fragile) for b in belief.obstacles
             }
-        return Rationale(
+        return PlannerInfo(
             action=_one_of(Action, decision.action, self._log.path),
             reason=decision.reason,
             target=_optional(decision, "target"),

@@ -18,7 +18,7 @@ from mcap.records import Attachment, Channel, Metadata, Schema
 from beacon_mj.episode.trace import StepRecord, Trace
 from beacon_mj.errors import LogError, PlannerError
 from beacon_mj.geometry import Array, Footprint
-from beacon_mj.interface import Observation, Rationale
+from beacon_mj.interface import Observation, PlannerInfo
 from beacon_mj.recording import drawing, encoding, events, provenance
 from beacon_mj.recording.container import PACKED
 from beacon_mj.recording.drawing import NS
@@ -156,29 +156,29 @@ class Recorder:
 
     def _log_decision(self, record: StepRecord) -> None:
         """Write what the planner decided, at the time when it decided."""
-        command, rationale = record.command, record.command.rationale
+        command, info = record.command, record.command.info
         try:
-            head, tail = self._log_path(rationale)
+            head, tail = self._log_path(info)
             self._put("/command", encoding.command_message(command, head, tail))
-            decision = encoding.decision_message(rationale)
+            decision = encoding.decision_message(info)
             if decision != self._decision:
                 self._decision = decision
                 self._put("/decision", decision)
-            if rationale.beliefs != self._beliefs:
-                self._beliefs = dict(rationale.beliefs)
-                self._put("/belief", encoding.belief_message(rationale))
+            if info.beliefs != self._beliefs:
+                self._beliefs = dict(info.beliefs)
+                self._put("/belief", encoding.belief_message(info))
         except (TypeError, ValueError, AttributeError) as error:
             raise PlannerError(
-                f"Expected a rationale that can be logged but: {error}."
+                f"Expected a `PlannerInfo` that can be logged but: {error}."
             ) from error
-        if rationale.replanned:
-            self._put("/log", events.replanned(rationale, self._time_ns))
+        if info.replanned:
+            self._put("/log", events.replanned(info, self._time_ns))
 
-    def _log_path(self, rationale: Rationale) -> tuple[Array, int]:
+    def _log_path(self, info: PlannerInfo) -> tuple[Array, int]:
         """Write the plan if it is another one; return the path in terms of it."""
         path = np.zeros((0, 2))
-        if rationale.path_m is not None:
-            path = np.asarray(rationale.path_m, np.float64).reshape(-1, 2)
+        if info.path_m is not None:
+            path = np.asarray(info.path_m, np.float64).reshape(-1, 2)
         split = encoding.split_path(path, self._plan)
         if split is None or (len(path) == 0) != (len(self._plan) == 0):
             self._plan = path.copy()

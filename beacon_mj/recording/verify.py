@@ -20,7 +20,7 @@ from mcap.records import Attachment, Channel, McapRecord, Message, Metadata
 from beacon_mj.episode.run import run_episode
 from beacon_mj.episode.trace import StepRecord, Trace
 from beacon_mj.errors import LogError
-from beacon_mj.interface import Command, Observation, Rationale, Task
+from beacon_mj.interface import Command, Observation, PlannerInfo, Task
 from beacon_mj.planners.base import Planner
 from beacon_mj.recording import provenance
 from beacon_mj.recording.container import Container
@@ -166,7 +166,7 @@ class _Script(Planner):
             return Command(
                 velocity_mps=trace.start_m * 0.0,
                 give_up=True,
-                rationale=Rationale(reason=trace.detail),
+                info=PlannerInfo(reason=trace.detail),
             )
         raise EOFError("the log has no further command")
 

@@ -38,8 +38,8 @@ class Marks:
         self._mark_truth(scene, data)
         _polyline(scene, self._positions[: step + 1], 0.012, TRAIL_RGBA)
         record = self._paint.decision(step)
-        if record is not None and record.command.rationale.path_m is not None:
-            path = np.asarray(record.command.rationale.path_m)
+        if record is not None and record.command.info.path_m is not None:
+            path = np.asarray(record.command.info.path_m)
             _polyline(scene, path, 0.018, PATH_RGBA)
         self._draw_contacts(scene, step)
 

@@ -23,21 +23,21 @@ def describe(trace: Trace, step: int) -> list[str]:
 
 
 def _decision(record: StepRecord) -> str:
-    rationale = record.command.rationale
-    target = "" if rationale.target is None else f" {rationale.target}"
-    line = f"{rationale.action}{target}"
-    if rationale.reason:
-        line += f": {rationale.reason}"
+    info = record.command.info
+    target = "" if info.target is None else f" {info.target}"
+    line = f"{info.action}{target}"
+    if info.reason:
+        line += f": {info.reason}"
     return line if len(line) <= 100 else line[:99] + "…"
 
 
 def _costs(record: StepRecord) -> list[str]:
-    rationale = record.command.rationale
+    info = record.command.info
     return [
         f"{name} = {value:.1f}"
         for name, value in (
-            ("C_push", rationale.cost_push),
-            ("C_detour", rationale.cost_detour),
+            ("C_push", info.cost_push),
+            ("C_detour", info.cost_detour),
         )
         if value is not None
     ]

@@ -41,7 +41,7 @@ class Paint:
         """Return the colour of each obstacle after `step`, shape (n, 3), 0 to 1."""
         sensed, broken = self._history[step]
         record = self.decision(step)
-        beliefs = {} if record is None else record.command.rationale.beliefs
+        beliefs = {} if record is None else record.command.info.beliefs
         out = np.empty((len(self._names), 3))
         for i, name in enumerate(self._names):
             truth = self.true_colour(i)

@@ -89,5 +89,5 @@ def _caption(playback: Playback, step: int) -> str:
     if step == playback.steps:
         parts.append(f"end: {playback.trace.outcome}")
     elif len(parts) == 1:
-        parts.append(record.command.rationale.action)
+        parts.append(record.command.info.action)
     return "   ".join(parts)

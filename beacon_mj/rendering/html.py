@@ -184,7 +184,7 @@ class _Page:
     def _draw_path(self, step: int) -> None:
         """Replace the planned path when it is another one."""
         record = self._paint.decision(step)
-        path = None if record is None else record.command.rationale.path_m
+        path = None if record is None else record.command.info.path_m
         path = np.zeros((0, 2)) if path is None else np.asarray(path)
         # A robot on its way only drops points; that is not worth a new line.
         if split_path(path, self._path) is None:

@@ -29,7 +29,7 @@ def histories(trace: Trace) -> dict[str, History]:
     out: dict[str, History] = {}
     period = trace.scene.robot.control_period_s
     for record in trace.steps:
-        for name, p in record.command.rationale.beliefs.items():
+        for name, p in record.command.info.beliefs.items():
             if name in truths and _is_distribution(p):
                 history = out.setdefault(name, History(truths[name], []))
                 # A decision is taken at the start of the step that it causes.
@@ -74,7 +74,7 @@ def pushed(trace: Trace, known: Mapping[str, History]) -> list[History]:
     return [h for name, h in known.items() if name in names]
 
 
-def identified_after_s(known: Iterable[History]) -> float | None:
+def time_to_identify_s(known: Iterable[History]) -> float | None:
     """Return the mean time from first report to identification [s].
 
     An obstacle is identified from the report on from which the probability of its

@@ -86,7 +86,7 @@ def obstacles_moved(travel: Mapping[str, Travel]) -> int:
     return sum(t.total_m > MOVED_M for t in travel.values())
 
 
-def chain_moved(travel: Mapping[str, Travel]) -> int:
+def moved_indirectly(travel: Mapping[str, Travel]) -> int:
     """Return how many travelled more than 10 mm while pushed through others."""
     return sum(t.chained_m > MOVED_M for t in travel.values())
 

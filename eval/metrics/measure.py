@@ -10,7 +10,7 @@ from beacon_mj.eval.metrics import belief_metrics, contact_metrics, published_sc
 from beacon_mj.eval.metrics.row import Row
 from beacon_mj.geometry import Array
 
-ROLLING_JPM = 2.0  #: kappa_d of bare rolling resistance, for `energy_kd2_j` [J/m].
+ROLLING_JPM = 2.0  #: kappa_d of bare rolling resistance, for `energy_rolling_j` [J/m].
 
 
 def measure(trace: Trace) -> Row:
@@ -39,7 +39,7 @@ def measure(trace: Trace) -> Row:
     return Row(
         planner=trace.planner,
         family=scene.family,
-        index=scene.index,
+        scene_index=scene.index,
         scene_sha256=scene.sha256,
         perception=scene.perception,
         seed=scene.seed,
@@ -51,7 +51,7 @@ def measure(trace: Trace) -> Row:
         contacts=contact_metrics.contact_events(trace),
         sensed_obstacles=sensed_obstacles(trace),
         energy_j=motion_j + push_j,
-        energy_kd2_j=ROLLING_JPM * path_m + push_j,
+        energy_rolling_j=ROLLING_JPM * path_m + push_j,
         motion_energy_j=motion_j,
         push_energy_j=push_j,
         actuator_work_j=actuator_work_j(trace),
@@ -59,9 +59,9 @@ def measure(trace: Trace) -> Row:
         pushes=contact_metrics.pushes(trace),
         failed_pushes=contact_metrics.failed_pushes(trace),
         obstacles_moved=contact_metrics.obstacles_moved(travel),
-        chain_moved=contact_metrics.chain_moved(travel),
-        toppled=contact_metrics.toppled(trace),
-        broken=broken,
+        obstacles_moved_indirectly=contact_metrics.moved_indirectly(travel),
+        obstacles_toppled=contact_metrics.toppled(trace),
+        obstacles_broken=broken,
         peak_force_n=contact_metrics.peak_force_n(trace),
         filtered_peak_force_n=contact_metrics.filtered_peak_force_n(trace),
         contact_impulse_ns=impulse,
@@ -79,16 +79,16 @@ def measure(trace: Trace) -> Row:
             robot.mass_kg, path_m, displaced
         ),
         reference_length_m=reference,
-        regret_length_m=path_m - reference if success else None,
-        brier_first=belief_metrics.mean_brier(known.values(), 0),
-        brier_last=belief_metrics.mean_brier(known.values(), -1),
-        log_loss_first=belief_metrics.mean_log_loss(known.values(), 0),
-        log_loss_last=belief_metrics.mean_log_loss(known.values(), -1),
-        brier_pushed_first=belief_metrics.mean_brier(tried, 0),
-        brier_pushed_last=belief_metrics.mean_brier(tried, -1),
-        identified_after_s=belief_metrics.identified_after_s(known.values()),
-        replans=sum(r.command.rationale.replanned for r in trace.steps),
-        expansions=sum(r.command.rationale.expansions for r in trace.steps),
+        excess_length_m=path_m - reference if success else None,
+        brier_prior=belief_metrics.mean_brier(known.values(), 0),
+        brier_posterior=belief_metrics.mean_brier(known.values(), -1),
+        log_loss_prior=belief_metrics.mean_log_loss(known.values(), 0),
+        log_loss_posterior=belief_metrics.mean_log_loss(known.values(), -1),
+        brier_pushed_prior=belief_metrics.mean_brier(tried, 0),
+        brier_pushed_posterior=belief_metrics.mean_brier(tried, -1),
+        time_to_identify_s=belief_metrics.time_to_identify_s(known.values()),
+        replans=sum(r.command.info.replanned for r in trace.steps),
+        expansions=sum(r.command.info.expansions for r in trace.steps),
         plan_ms_p50=plan_ms(trace, 50.0),
         plan_ms_p99=plan_ms(trace, 99.0),
         sim_time_s=time_s,

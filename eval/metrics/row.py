@@ -17,7 +17,7 @@ class Row(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True)
 
     planner: str
     family: str
-    index: int
+    scene_index: int
     scene_sha256: str
     perception: Profile
     seed: int
@@ -29,7 +29,7 @@ class Row(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True)
     contacts: int
     sensed_obstacles: int
     energy_j: float
-    energy_kd2_j: float
+    energy_rolling_j: float
     motion_energy_j: float
     push_energy_j: float
     actuator_work_j: float
@@ -37,9 +37,9 @@ class Row(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True)
     pushes: int
     failed_pushes: int
     obstacles_moved: int
-    chain_moved: int
-    toppled: int
-    broken: int
+    obstacles_moved_indirectly: int
+    obstacles_toppled: int
+    obstacles_broken: int
     peak_force_n: float
     filtered_peak_force_n: float
     contact_impulse_ns: float
@@ -49,14 +49,14 @@ class Row(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True)
     bench_push_efficiency: float
     bench_push_effort: float
     reference_length_m: float
-    regret_length_m: float | None
-    brier_first: float | None
-    brier_last: float | None
-    log_loss_first: float | None
-    log_loss_last: float | None
-    brier_pushed_first: float | None
-    brier_pushed_last: float | None
-    identified_after_s: float | None
+    excess_length_m: float | None
+    brier_prior: float | None
+    brier_posterior: float | None
+    log_loss_prior: float | None
+    log_loss_posterior: float | None
+    brier_pushed_prior: float | None
+    brier_pushed_posterior: float | None
+    time_to_identify_s: float | None
     replans: int
     expansions: int
     plan_ms_p50: float | None
@@ -68,7 +68,12 @@ class Row(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True)
     @property
     def key(self) -> tuple[str, str, int]:
         """Planner, family and index: the canonical order of rows."""
-        return self.planner, self.family, self.index
+        return self.planner, self.family, self.scene_index
+
+    @property
+    def scene_name(self) -> str:
+        """The scene's name, such as `cluttered_0007`; also the stem of its log."""
+        return f"{self.family}_{self.scene_index:04d}"
 
     def as_dict(self) -> dict[str, Any]:
         """Return the columns by name, in order."""

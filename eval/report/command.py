@@ -5,15 +5,15 @@ import shlex
 from beacon_mj.episode.protocol import Protocol
 from beacon_mj.eval.runs.config import RunConfig
 from beacon_mj.eval.runs.overrides import Settings
-from beacon_mj.planners.registry import COMPETITORS
+from beacon_mj.planners.registry import PAPER
 
 
 def command_of(config: RunConfig) -> str:
     """Return the `beacon-mj eval` command with the options of a run."""
     words = ["beacon-mj", "eval"]
     names = [entry.spec for entry in config.planners]
-    if set(COMPETITORS) <= set(names):
-        names = ["all", *(n for n in names if n not in COMPETITORS)]
+    if set(PAPER) <= set(names):
+        names = ["all", *(n for n in names if n not in PAPER)]
     for name in names:
         words += ["--planner", name]
     for text in (*_settings({e.name: e.settings for e in config.planners}),

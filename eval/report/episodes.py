@@ -29,7 +29,7 @@ class Pick(NamedTuple):
 
 def log_of(run: Path, row: Row) -> Path:
     """Return where the log of an episode is, if there is one."""
-    return run / "logs" / row.planner / f"{row.family}_{row.index:04d}.mcap"
+    return run / "logs" / row.planner / f"{row.scene_name}.mcap"
 
 
 def picks(run: Path, rows: Sequence[Row]) -> list[Pick]:
@@ -51,7 +51,7 @@ def _chosen(rows: Sequence[Row]) -> Iterator[tuple[str, Row]]:
     for family in dict.fromkeys(row.family for row in rows):
         solved = [row for row in rows if row.family == family and row.success]
         if solved:
-            ordered = sorted(solved, key=lambda r: (r.path_length_m, r.index))
+            ordered = sorted(solved, key=lambda r: (r.path_length_m, r.scene_index))
             yield "median path", ordered[(len(ordered) - 1) // 2]
     if (pushing := push_of(rows)) is not None:
         yield "most obstacles moved", pushing
@@ -65,7 +65,8 @@ def push_of(rows: Sequence[Row]) -> Row | None:
     if not moving:
         return None
     return max(
-        moving, key=lambda r: (r.clean_success, r.obstacles_moved, r.pushes, -r.index)
+        moving,
+        key=lambda r: (r.clean_success, r.obstacles_moved, r.pushes, -r.scene_index),
     )
 
 
@@ -73,16 +74,16 @@ def panel(pick: Pick) -> Panel:
     """Return the drawing of an episode."""
     row = pick.row
     caption = (
-        f"{pick.why}: {row.planner} in {row.family}_{row.index:04d}, "
+        f"{pick.why}: {row.planner} in {row.scene_name}, "
         f"{row.outcome.replace('_', ' ')}, {row.path_length_m:.2f} m, "
-        f"{_times(row.pushes, 'push', 'pushes')}, {row.broken} broken"
+        f"{_times(row.pushes, 'push', 'pushes')}, {row.obstacles_broken} broken"
     )
     return _drawn(pick.log, rendering.plot_panel, "panel.svg", caption)
 
 
 def replay(pick: Pick) -> Panel:
     """Return the 3-D replay of an episode as an HTML page, in place of an SVG."""
-    caption = f"{pick.row.planner} in {pick.row.family}_{pick.row.index:04d}"
+    caption = f"{pick.row.planner} in {pick.row.scene_name}"
     return _drawn(pick.log, rendering.render_page, "page.html", caption)
 
 

@@ -47,7 +47,7 @@ _KNOWN = (
 PARETO = (
     ("path_length_m", "mean path [m], all episodes"),
     ("energy_j", "mean energy [J], all episodes"),
-    ("broken", "mean number of broken obstacles, all episodes"),
+    ("obstacles_broken", "mean number of broken obstacles, all episodes"),
 )
 
 

@@ -166,7 +166,7 @@ def _figures(summary: dict[str, Any], rows: Sequence[Row]) -> dict[str, list[Fig
 def _calibrations(run: Run) -> Iterable[Calibration]:
     """Yield what the logs say about the beliefs of every planner that reports any."""
     for name, rows in run.planners.items():
-        if all(row.brier_first is None for row in rows):
+        if all(row.brier_prior is None for row in rows):
             continue
         logs = [log for row in rows if (log := log_of(run.path, row)).is_file()]
         yield _calibration(name, read_beliefs(logs), len(rows))

@@ -5,11 +5,15 @@ from typing import Any, NamedTuple
 
 from beacon_mj.eval.statistics.compare import Comparison, Cost, Difference, Improvement
 from beacon_mj.eval.statistics.summary import OUTCOMES, OVERALL
-from beacon_mj.planners.registry import ANCHORS, COMPETITORS
+from beacon_mj.planners.registry import PAPER, REFERENCE
 
 NOTHING = "–"  # noqa: RUF001  An en dash, where there is nothing to say.
-#: Kinds of planners; yardsticks stand beside the table, never in the contest.
-KINDS = ("Planners of the paper", "Further planners", "Yardsticks, out of the contest")
+#: Kinds of planners; reference planners stand beside the table, never in the contest.
+KINDS = (
+    "Planners of the paper",
+    "Further planners",
+    "Reference planners, out of the contest",
+)
 
 
 class Cell(NamedTuple):
@@ -42,26 +46,26 @@ MEANS: tuple[tuple[str, str, str, int], ...] = (
     ("contacts", "mean", "contacts", 2),
     ("sensed", "mean", "sensed_obstacles", 1),
     ("energy J", "mean", "energy_j", 0),
-    ("energy J at κ_d = 2 J/m", "mean", "energy_kd2_j", 1),
-    ("broken", "mean", "broken", 2),
+    ("energy J at κ_d = 2 J/m", "mean", "energy_rolling_j", 1),
+    ("broken", "mean", "obstacles_broken", 2),
     ("peak force N", "mean", "filtered_peak_force_n", 1),
 )
 COSTS = (
     ("path m", "path_length_m", 2),
     ("steps", "steps", 1),
     ("energy J", "energy_j", 1),
-    ("energy J at κ_d = 2 J/m", "energy_kd2_j", 1),
+    ("energy J at κ_d = 2 J/m", "energy_rolling_j", 1),
     ("contacts", "contacts", 2),
-    ("broken", "broken", 2),
+    ("broken", "obstacles_broken", 2),
 )
 BELIEFS = (
-    ("Brier, first sight", "brier_first"),
-    ("Brier, end", "brier_last"),
-    ("Brier, first sight, pushed", "brier_pushed_first"),
-    ("Brier, end, pushed", "brier_pushed_last"),
-    ("log loss, first sight", "log_loss_first"),
-    ("log loss, end", "log_loss_last"),
-    ("identified after s", "identified_after_s"),
+    ("Brier, first sight", "brier_prior"),
+    ("Brier, end", "brier_posterior"),
+    ("Brier, first sight, pushed", "brier_pushed_prior"),
+    ("Brier, end, pushed", "brier_pushed_posterior"),
+    ("log loss, first sight", "log_loss_prior"),
+    ("log loss, end", "log_loss_posterior"),
+    ("identified after s", "time_to_identify_s"),
 )
 
 
@@ -92,7 +96,7 @@ def beliefs(summary: dict[str, Any]) -> Table | None:
     lines = [
         (name, [mean(cells[OVERALL]["mean"][column], 2) for _, column in BELIEFS])
         for name, cells in summary["tables"].items()
-        if cells[OVERALL]["mean"]["brier_first"]["n"]
+        if cells[OVERALL]["mean"]["brier_prior"]["n"]
     ]
     if not lines:
         return None
@@ -134,9 +138,9 @@ def grouped(lines: Iterable[tuple[str, list[Cell]]]) -> list[Group]:
 
 def kind_of(planner: str) -> str:
     """Return which of `KINDS` a planner is."""
-    if planner in COMPETITORS:
+    if planner in PAPER:
         return KINDS[0]
-    return KINDS[2] if planner in ANCHORS else KINDS[1]
+    return KINDS[2] if planner in REFERENCE else KINDS[1]
 
 
 def title(family: str) -> str:

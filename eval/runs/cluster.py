@@ -20,9 +20,9 @@ from typing import Any
 import msgspec
 
 from beacon_mj.errors import RunError
+from beacon_mj.eval.metrics.row import Row
 from beacon_mj.eval.runs.config import PlannerEntry, RunConfig, load_ref
 from beacon_mj.eval.runs.jobs import Job, lost_row, run_job
-from beacon_mj.eval.metrics.row import Row
 from beacon_mj.eval.runs.runner import AHEAD
 from beacon_mj.eval.runs.versions import versions
 

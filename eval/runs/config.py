@@ -8,12 +8,13 @@ from typing import Any, Literal
 
 import msgspec
 
-from beacon_mj.errors import RunError, unknown
-from beacon_mj.eval.runs.scene_cache import cached_scene
-from beacon_mj.eval.runs.overrides import Settings, configure, convert, parse_settings
-from beacon_mj.eval.runs.shards import Shard, share
-from beacon_mj.planners.registry import ALIASES, COMPETITORS, load_planner
+from beacon_mj.constants import SCHEMA
 from beacon_mj.episode.protocol import Protocol
+from beacon_mj.errors import RunError, unknown
+from beacon_mj.eval.runs.overrides import Settings, configure, convert, parse_settings
+from beacon_mj.eval.runs.scene_cache import cached_scene
+from beacon_mj.eval.runs.shards import Shard, share
+from beacon_mj.planners.registry import ALIASES, PAPER, load_planner
 from beacon_mj.scene import Profile, Scene
 from beacon_mj.scene.files import load_scene
 from beacon_mj.scene_gen.family import family_paths, family_sha256, load_family
@@ -42,6 +43,7 @@ class RunConfig(msgspec.Struct, frozen=True, kw_only=True):
     """An evaluation. Two runs with equal configurations have equal results.
 
     Attributes:
+        schema: Version of the run folder and its rows; see `beacon_mj.constants`.
         planners: Who runs, each through every scene.
         families: SHA-256 of each family's files, by name; of stored scenes, of all
             their hashes.
@@ -56,6 +58,7 @@ class RunConfig(msgspec.Struct, frozen=True, kw_only=True):
         shard: Which part of the scenes runs; None for all.
     """
 
+    schema: int = SCHEMA
     planners: tuple[PlannerEntry, ...]
     families: dict[str, str]
     episodes: int | None
@@ -91,7 +94,7 @@ def planner_entries(
         PlannerError: If a planner, a field or a value is no good.
         RunError: If two planners have one name, or a setting names none of them.
     """
-    wanted = [s for spec in specs for s in (COMPETITORS if spec == "all" else [spec])]
+    wanted = [s for spec in specs for s in (PAPER if spec == "all" else [spec])]
     loaded = {}
     for spec in dict.fromkeys(ALIASES.get(s, s) for s in wanted):
         name, cls = load_planner(spec)

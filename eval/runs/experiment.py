@@ -5,7 +5,9 @@ from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
 
+from beacon_mj.episode.protocol import Protocol
 from beacon_mj.errors import RunError
+from beacon_mj.eval.metrics.row import Row
 from beacon_mj.eval.runs.config import (
     PlannerEntry,
     RunConfig,
@@ -14,11 +16,9 @@ from beacon_mj.eval.runs.config import (
     planner_entries,
 )
 from beacon_mj.eval.runs.jobs import Job
-from beacon_mj.eval.metrics.row import Row
 from beacon_mj.eval.runs.run_folder import RunFolder
 from beacon_mj.eval.runs.runner import plan, run_jobs
 from beacon_mj.eval.runs.versions import versions
-from beacon_mj.episode.protocol import Protocol
 from beacon_mj.scene import Profile
 
 CHUNK = 16  #: Configurations that cross a scene in one job.

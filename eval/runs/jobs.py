@@ -7,16 +7,16 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from beacon_mj.episode.run import Listener, run_episode
-from beacon_mj.eval.runs.config import PlannerEntry, RunConfig, SceneRef, load_ref
-from beacon_mj.eval.runs.sandbox import Guarded
+from beacon_mj.episode.trace import Outcome, Trace
 from beacon_mj.eval.metrics.measure import measure
 from beacon_mj.eval.metrics.row import Row
+from beacon_mj.eval.runs.config import PlannerEntry, RunConfig, SceneRef, load_ref
 from beacon_mj.eval.runs.overrides import configure
+from beacon_mj.eval.runs.sandbox import Guarded
 from beacon_mj.planners.base import Planner
 from beacon_mj.planners.registry import load_planner
 from beacon_mj.scene import Scene
 from beacon_mj.streams import stream
-from beacon_mj.episode.trace import Outcome, Trace
 from beacon_mj.world import SimulationError, World
 
 

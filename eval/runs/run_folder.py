@@ -12,9 +12,10 @@ from typing import Any
 
 import msgspec
 
+from beacon_mj.constants import SCHEMA
 from beacon_mj.errors import RunError
-from beacon_mj.eval.runs.config import RunConfig
 from beacon_mj.eval.metrics.row import Row
+from beacon_mj.eval.runs.config import RunConfig
 
 CONFIG, LINES, TABLE, SUMMARY = (
     "config.json",
@@ -97,7 +98,7 @@ class RunFolder:
     def finish(self, config: RunConfig, rows: Sequence[Row], summary: Any) -> None:
         """Write the table, the summary, and the scenes' hashes."""
         ordered = sorted(rows, key=lambda row: row.key)
-        scenes = {f"{r.family}_{r.index:04d}": r.scene_sha256 for r in ordered}
+        scenes = {r.scene_name: r.scene_sha256 for r in ordered}
         whole = msgspec.to_builtins(config) | {"scene_sha256": scenes}
         self._write(CONFIG, _pretty(whole))
         self._write(SUMMARY, _pretty(summary))
@@ -113,7 +114,9 @@ class RunFolder:
 def load_config(path: Path) -> RunConfig:
     """Return the configuration of a run. Raises RunError if there is none."""
     try:
-        return msgspec.json.decode((path / CONFIG).read_bytes(), type=RunConfig)
+        data = (path / CONFIG).read_bytes()
+        _check_schema(path, msgspec.json.decode(data, type=_Written))
+        return msgspec.json.decode(data, type=RunConfig)
     except OSError as error:
         raise RunError(f"{path}: expected a run folder: {_why(error)}.") from error
     except msgspec.MsgspecError as error:
@@ -122,12 +125,32 @@ def load_config(path: Path) -> RunConfig:
         ) from error
 
 
+class _Written(msgspec.Struct):
+    """What a configuration of any version says about who wrote it."""
+
+    schema: int = 1
+    versions: dict[str, str] = {}
+
+
+def _check_schema(path: Path, written: _Written) -> None:
+    """Refuse a run whose columns or options had other names."""
+    if written.schema != SCHEMA:
+        writer = written.versions.get("beacon-mj", "an unknown version")
+        raise RunError(
+            f"{path}: expected a run of schema {SCHEMA} but it is of schema "
+            f"{written.schema}: evaluate again, or read it with the beacon-mj that "
+            f"wrote it, {writer}."
+        )
+
+
 def load_rows(path: Path) -> list[Row]:
     """Return the rows of a run folder in canonical order, finished or not.
 
     Raises:
         RunError: If there are none, or a line is damaged.
     """
+    if (path / CONFIG).is_file():
+        load_config(path)
     return sorted(_read_lines(path / LINES)[0], key=lambda row: row.key)
 
 

@@ -11,9 +11,9 @@ from concurrent.futures.process import BrokenProcessPool
 from functools import partial
 from pathlib import Path
 
+from beacon_mj.eval.metrics.row import Row
 from beacon_mj.eval.runs.config import RunConfig, SceneRef, load_ref
 from beacon_mj.eval.runs.jobs import Job, lost_row, run_job
-from beacon_mj.eval.metrics.row import Row
 from beacon_mj.eval.runs.warm_up import compile_kernels
 from beacon_mj.eval.runs.worker_process import prepare_worker
 

@@ -95,9 +95,7 @@ def verify_logs(paths: Sequence[Path], workers: int = 1) -> Iterator[Verificatio
 
 def missing_logs(run: Path) -> int:
     """Return how many rows of a run have no finished log."""
-    names = (
-        (row.planner, f"{row.family}_{row.index:04d}.mcap") for row in load_rows(run)
-    )
+    names = ((row.planner, f"{row.scene_name}.mcap") for row in load_rows(run))
     return sum(not run.joinpath("logs", *name).is_file() for name in names)
 
 
@@ -141,7 +139,7 @@ def _first_column(log: Mapping[str, Any], stored: Mapping[str, Any]) -> str | No
 
 def _key(row: Mapping[str, Any]) -> Key:
     try:
-        return str(row["planner"]), str(row["family"]), int(row["index"])
+        return str(row["planner"]), str(row["family"]), int(row["scene_index"])
     except (KeyError, TypeError, ValueError) as error:
         raise LogError(
             "Expected a row with planner, family and index but one lacks them."

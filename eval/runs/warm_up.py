@@ -7,9 +7,9 @@ somebody's first decision, which has a time limit.
 
 import functools
 
+from beacon_mj.episode.protocol import Protocol
 from beacon_mj.episode.run import run_episode
 from beacon_mj.planners.registry import load_planner
-from beacon_mj.episode.protocol import Protocol
 from beacon_mj.scene_gen.generate import generate_scene
 
 #: Planners that between them use every kernel, and how far each is run [steps].

@@ -24,9 +24,9 @@ COSTS = (
     "path_length_m",
     "steps",
     "energy_j",
-    "energy_kd2_j",
+    "energy_rolling_j",
     "contacts",
-    "broken",
+    "obstacles_broken",
     "filtered_peak_force_n",
 )
 

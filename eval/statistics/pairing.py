@@ -122,7 +122,9 @@ def match(first: Arm, baseline: Arm, *, common: bool = False) -> Matched:
 
 def _difference(first: Arm, baseline: Arm) -> str:
     """Say which scenes two arms do not share."""
-    ours, theirs = ({(r.family, r.index): r for r in a.rows} for a in (first, baseline))
+    ours, theirs = (
+        {(r.family, r.scene_index): r for r in a.rows} for a in (first, baseline)
+    )
     changed = [
         k
         for k in theirs

@@ -38,7 +38,7 @@ from beacon_mj.eval.studies.parameter_grid import variant
 from beacon_mj.planners.registry import load_planner
 from beacon_mj.scene import Profile
 
-COSTS = ("steps", "path_length_m", "energy_j", "broken")
+COSTS = ("steps", "path_length_m", "energy_j", "obstacles_broken")
 
 
 class Situation(msgspec.Struct, frozen=True):

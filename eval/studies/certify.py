@@ -59,7 +59,7 @@ def certify_scenes(
     paths = {(ref.family, ref.index): ref.path for ref in refs}
     for rows in run_jobs(config, plan(config, refs), None, workers):
         for row in rows:
-            store(Path(str(paths[row.family, row.index])), verdict(row))
+            store(Path(str(paths[row.family, row.scene_index])), verdict(row))
             yield row
 
 

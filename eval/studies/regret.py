@@ -124,7 +124,7 @@ def decompose(rows: Sequence[tuple[str, Row]]) -> list[Price]:
     """
     scenes: dict[tuple[str, int], dict[str, Row]] = {}
     for name, row in rows:
-        scenes.setdefault((row.family, row.index), {})[name] = row
+        scenes.setdefault((row.family, row.scene_index), {})[name] = row
     families = dict.fromkeys(family for family, _ in sorted(scenes))
     prices = []
     for family in (OVERALL, *families):

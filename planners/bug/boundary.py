@@ -18,7 +18,7 @@ from typing import ClassVar, Literal
 import numpy as np
 
 from beacon_mj.geometry import Array
-from beacon_mj.interface import Command, Observation, Rationale, Task
+from beacon_mj.interface import Command, Observation, PlannerInfo, Task
 from beacon_mj.motion.path_tracking import Tracking, follow, remainder
 from beacon_mj.planners.base import Planner
 from beacon_mj.planners.bug.free_space import Contour, FreeSpace
@@ -85,8 +85,8 @@ class BoundaryPlanner(Planner):
             return give_up(f"Got stuck {self._recovery.stalls} times.")
         if away is not None:
             reason = "No progress: away from what is near."
-            rationale = Rationale(action="back_off", reason=reason)
-            return Command(velocity_mps=away, rationale=rationale)
+            info = PlannerInfo(action="back_off", reason=reason)
+            return Command(velocity_mps=away, info=info)
         replanned = self._update(observation)
         tracking = self._track(observation)
         for _ in range(_MAX_TURNS):
@@ -196,10 +196,10 @@ class BoundaryPlanner(Planner):
     def _command(self, tracking: Tracking, replanned: bool) -> Command:
         """Return the command with its reason."""
         to_goal = self._phase == "goal"
-        rationale = Rationale(
+        info = PlannerInfo(
             action="move" if to_goal else "follow",
             reason="Straight for the goal." if to_goal else "Along the boundary.",
             path_m=remainder(self._path, self._progress),
             replanned=replanned,
         )
-        return Command(velocity_mps=tracking.velocity_mps, rationale=rationale)
+        return Command(velocity_mps=tracking.velocity_mps, info=info)

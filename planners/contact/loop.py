@@ -10,7 +10,7 @@ from dataclasses import replace
 from itertools import islice
 
 from beacon_mj.geometry import Array
-from beacon_mj.interface import Action, Command, Observation, Rationale, Task
+from beacon_mj.interface import Action, Command, Observation, PlannerInfo, Task
 from beacon_mj.motion.detour import FreeRoute
 from beacon_mj.planners.contact.candidates import PushPlan, push_plans
 from beacon_mj.planners.contact.checks import next_in_chain, stands_free, way_is_clear
@@ -238,7 +238,7 @@ class ContactPlanner(PushPolicy):
         self, velocity: Array, action: Action, reason: str, target: str | None = None
     ) -> Command:
         decision = self._decision
-        rationale = Rationale(
+        info = PlannerInfo(
             action=action,
             reason=reason,
             target=target,
@@ -251,4 +251,4 @@ class ContactPlanner(PushPolicy):
             expansions=self._free.expansions + self._map.expansions,
         )
         self._free.replanned, self._free.expansions, self._map.expansions = False, 0, 0
-        return Command(velocity_mps=velocity, rationale=rationale)
+        return Command(velocity_mps=velocity, info=info)

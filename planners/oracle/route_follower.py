@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from beacon_mj.geometry import Array, Footprints
-from beacon_mj.interface import Command, Observation, Rationale, Task
+from beacon_mj.interface import Command, Observation, PlannerInfo, Task
 from beacon_mj.motion.path_tracking import follow, remainder
 from beacon_mj.motion.visibility_graph import shortest_path
 from beacon_mj.planners.base import Planner
@@ -80,8 +80,8 @@ class RouteDriver(Planner):
             progress_m=self._progress, speed_mps=self._speed(observation),
         )  # fmt: skip
         self._progress = tracking.progress_m
-        rationale = Rationale(action="follow", path_m=self._path)
-        return Command(velocity_mps=tracking.velocity_mps, rationale=rationale)
+        info = PlannerInfo(action="follow", path_m=self._path)
+        return Command(velocity_mps=tracking.velocity_mps, info=info)
 
     def _steps_left(self, observation: Observation) -> int:
         """Return the least number of control steps to the goal."""

@@ -83,7 +83,7 @@ class Truth:
 
 
 class Oracle(Planner):
-    """A planner that is told the truth: a yardstick, never a competitor."""
+    """A planner that is told the truth: a reference planner, never a competitor."""
 
     @abstractmethod
     def set_truth(self, truth: Truth) -> None:

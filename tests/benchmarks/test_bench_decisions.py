@@ -23,7 +23,7 @@ def decisions(planner: str, seed: int, scenes: int) -> Array:
     """Return the time of each decision [ms], and whether it replanned, (n, 2)."""
     cls = load_planner(planner)[1]
     rows = [
-        (1e3 * step.decision_s, step.command.rationale.replanned)
+        (1e3 * step.decision_s, step.command.info.replanned)
         for family in FAMILIES
         for index in range(scenes)
         for step in run_episode(generate_scene(family, index, seed), cls()).steps

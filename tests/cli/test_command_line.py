@@ -185,7 +185,9 @@ def test_options_from_a_file(capsys: pytest.CaptureFixture[str]) -> None:
     )
     assert cli.run(["eval", "--out", "run", "--episodes", "1"]) == 0
     rows = load_rows(Path("run"))
-    assert [(r.planner, r.index, r.steps) for r in rows] == [("push-through", 0, 5)]
+    assert [(r.planner, r.scene_index, r.steps) for r in rows] == [
+        ("push-through", 0, 5)
+    ]
     Path("beacon.toml").write_text("[eval]\nplaner = 3\n")
     capsys.readouterr()
     assert "planer" in refused(capsys, ["eval", "--planner", "bug1"])
@@ -293,7 +295,7 @@ def test_a_resumed_run_equals_an_uninterrupted_one() -> None:
     Path("cut/episodes.parquet").unlink()
     assert cli.run(["eval", "--resume", "--out", "cut", "--workers", "1"]) == 0
     assert timeless(load_rows(Path("cut"))) == timeless(load_rows(Path("whole")))
-    columns = ["planner", "family", "index", "path_length_m", "outcome", "ins"]
+    columns = ["planner", "family", "scene_index", "path_length_m", "outcome", "ins"]
     whole = pl.read_parquet("whole/episodes.parquet", columns=columns)
     assert pl.read_parquet("cut/episodes.parquet", columns=columns).equals(whole)
     assert len(whole) == 6

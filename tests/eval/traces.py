@@ -7,7 +7,7 @@ import numpy as np
 
 from beacon_mj.episode.protocol import Protocol
 from beacon_mj.episode.trace import Outcome, StepRecord, Trace
-from beacon_mj.interface import Command, Evidence, Probabilities, Rationale
+from beacon_mj.interface import Command, Evidence, PlannerInfo, Probabilities
 from beacon_mj.scene import Certificate, Obstacle, Perceived, Robot, Scene, Surface
 from beacon_mj.scene.shapes import Box
 from beacon_mj.world.outcome import Damage, Displacement, PairForce, StepOutcome
@@ -87,12 +87,12 @@ def step(
     work_j: float = 0.0,
     battery: float = 1.0,
     decision_s: float = 0.001,
-    rationale: Mapping[str, Any] | None = None,
+    info: Mapping[str, Any] | None = None,
 ) -> StepRecord:
     return StepRecord(
         command=Command(
             velocity_mps=np.zeros(2),
-            rationale=Rationale(beliefs=beliefs or {}, **(rationale or {})),
+            info=PlannerInfo(beliefs=beliefs or {}, **(info or {})),
         ),
         outcome=StepOutcome(
             step=number,

@@ -82,10 +82,10 @@ def check_outcome(run: Run, obstacles: list[Footprint]) -> None:
     """Reached if the way is open with room to spare, given up if it is closed."""
     assert run.clearance_m > 0.0
     if joined(obstacles, CLEARANCE_M + 0.003):
-        assert run.outcome == "reached", run.commands[-1].rationale.reason
+        assert run.outcome == "reached", run.commands[-1].info.reason
     elif not joined(obstacles, CLEARANCE_M - 0.003):
         assert run.outcome == "gave_up"
-        assert "cut off" in run.commands[-1].rationale.reason
+        assert "cut off" in run.commands[-1].info.reason
 
 
 def shortest(task: Task) -> float:
@@ -134,14 +134,14 @@ def test_bug1_goes_round_once_and_leaves_where_the_goal_is_nearest() -> None:
         [1.6, -0.1]
     ) / np.hypot(1.6, 0.1)
     assert min(np.hypot(*(p - nearest)) for p in run.trace) < 0.03
-    lap = [c for c in run.commands if c.rationale.action == "follow"]
+    lap = [c for c in run.commands if c.info.action == "follow"]
     assert len(lap) * 0.05 == pytest.approx(1.5 * perimeter, rel=0.1)
 
 
 def test_bug2_leaves_at_the_m_line() -> None:
     planner = Bug2()
     run = drive(planner, TASK, [disc(2.0, 1.6, 0.4)])
-    actions = [c.rationale.action for c in run.commands]
+    actions = [c.info.action for c in run.commands]
     left = run.trace[len(actions) - actions[::-1].index("follow") - 1]
     assert left[1] == pytest.approx(1.5, abs=0.06)
     assert run.length_m < 4.5

@@ -60,7 +60,7 @@ def positions(trace: Trace) -> np.ndarray:
 def test_it_arrives_and_breaks_nothing(family: str) -> None:
     found = measure(solved(family))
     assert found.clean_success
-    assert found.broken == 0
+    assert found.obstacles_broken == 0
 
 
 def test_no_run_is_faster_than_its_reference_path(family: str) -> None:

@@ -162,14 +162,14 @@ def test_it_reaches_the_goal_without_touching(
     assert run.outcome == "reached"
     assert run.clearance_m > 0.001
     assert run.length_m < longest_m
-    assert sum(c.rationale.expansions for c in run.commands) > 0 or not obstacles
+    assert sum(c.info.expansions for c in run.commands) > 0 or not obstacles
 
 
 def test_it_gives_up_once_the_goal_is_known_to_be_walled_off() -> None:
     wall = [box(1.4, 0.0, 1.6, 0.9), box(1.4, 1.1, 1.6, 2.0)]
     run = drive(DStarLitePlanner(), make_task((0.4, 1.0), (2.5, 1.0), ROOM), wall)
     assert run.outcome == "gave_up"
-    assert run.commands[-1].rationale.reason.startswith("The known map has no way")
+    assert run.commands[-1].info.reason.startswith("The known map has no way")
 
 
 def test_it_escapes_from_inside_the_margin() -> None:
@@ -189,10 +189,10 @@ def test_a_robot_that_cannot_move_backs_off_and_then_gives_up() -> None:
         commands.append(planner.act(seen))
         if commands[-1].give_up:
             break
-    backing = [c for c in commands if c.rationale.action == "back_off"]
+    backing = [c for c in commands if c.info.action == "back_off"]
     assert backing
     assert all(c.velocity_mps @ (-0.3, -0.3) > 0.0 for c in backing)
-    assert commands[-1].rationale.reason.startswith("Got stuck")
+    assert commands[-1].info.reason.startswith("Got stuck")
 
 
 @pytest.mark.parametrize(

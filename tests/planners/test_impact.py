@@ -47,7 +47,7 @@ def command(*obstacles: SensedObstacle, planner: Impact | None = None) -> Comman
 
 def crossed(found: Command) -> float:
     """Where the path goes through the wall, y [m]."""
-    path = found.rationale.path_m
+    path = found.info.path_m
     assert path is not None
     return float(np.interp(3.0, path[:, 0], path[:, 1]))
 
@@ -65,7 +65,7 @@ def test_a_detour_is_taken_where_contact_is_dear() -> None:
 def test_what_is_refused_is_driven_through_where_there_is_no_other_way() -> None:
     found = command(*wall("safe", "fragile", "safe"))
     assert not found.give_up
-    assert found.rationale.path_m is not None
+    assert found.info.path_m is not None
 
 
 def test_what_seems_too_heavy_costs_what_a_safe_one_does() -> None:

@@ -11,7 +11,7 @@ from beacon_mj.episode.conformance import check_planner
 from beacon_mj.errors import PlannerError, RunError
 from beacon_mj.eval.runs.config import planner_entries
 from beacon_mj.eval.runs.overrides import configure, parse_settings
-from beacon_mj.interface import Command, Observation, Rationale
+from beacon_mj.interface import Command, Observation, PlannerInfo
 from beacon_mj.planners import registry
 from beacon_mj.planners.base import Planner
 from beacon_mj.planners.dstar_lite import DStarLitePlanner
@@ -21,7 +21,7 @@ from tests.repository import REPOSITORY
 from tests.worlds import cached_scene
 
 HOSTILE = REPOSITORY / "tests" / "eval" / "hostile.py"
-NAMES = sorted(registry.COMPETITORS | registry.ANCHORS)
+NAMES = sorted(registry.PAPER | registry.REFERENCE)
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -65,7 +65,7 @@ def test_entry_points_join_but_do_not_replace(monkeypatch: pytest.MonkeyPatch) -
     ]
     monkeypatch.setattr(registry, "entry_points", lambda group: found)
     assert load_planner("mine") == ("mine", PushThrough)
-    assert planner_names()["beacon"] == registry.COMPETITORS["beacon"]
+    assert planner_names()["beacon"] == registry.PAPER["beacon"]
 
 
 def test_settings_are_typed_by_their_field() -> None:
@@ -107,7 +107,7 @@ def test_entries_hold_every_value_of_the_configuration() -> None:
     assert [e.name for e in entries] == ["bug1", "push-through"]
     assert entries[1].config == {"speed_share": 0.5}
     assert protocol.max_steps == 7
-    assert [e.name for e in planner_entries(["all"], [])[0]] == [*registry.COMPETITORS]
+    assert [e.name for e in planner_entries(["all"], [])[0]] == [*registry.PAPER]
     with pytest.raises(RunError, match="'Harmless' repeats"):
         planner_entries([f"{HOSTILE}:Harmless", f"/{HOSTILE}:Harmless"], [])
 
@@ -126,13 +126,13 @@ class Fickle(PushThrough):
 class Fabulist(PushThrough):
     def act(self, observation: Observation) -> Command:
         beliefs: Any = {"obstacle_99": (0.2, 0.3, 0.5)}
-        return Command(velocity_mps=np.zeros(2), rationale=Rationale(beliefs=beliefs))
+        return Command(velocity_mps=np.zeros(2), info=PlannerInfo(beliefs=beliefs))
 
 
 class Unsure(PushThrough):
     def act(self, observation: Observation) -> Command:
         beliefs: Any = {o.id: (0.5, 0.5, 0.5) for o in observation.obstacles}
-        return Command(velocity_mps=np.zeros(2), rationale=Rationale(beliefs=beliefs))
+        return Command(velocity_mps=np.zeros(2), info=PlannerInfo(beliefs=beliefs))
 
 
 class Mute(PushThrough):

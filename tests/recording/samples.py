@@ -12,7 +12,7 @@ from mcap.writer import Writer
 from beacon_mj.episode.protocol import Protocol
 from beacon_mj.episode.run import run_episode
 from beacon_mj.episode.trace import Trace
-from beacon_mj.interface import Command, Observation, Rationale, Task
+from beacon_mj.interface import Command, Observation, PlannerInfo, Task
 from beacon_mj.planners.base import Planner
 from beacon_mj.recording import Recorder
 from beacon_mj.recording.container import Container
@@ -21,7 +21,7 @@ from beacon_mj.scene_gen.generate import generate_scene
 
 
 class PushThrough(Planner):
-    """Drives straight at the goal, and fills every field of its rationale."""
+    """Drives straight at the goal, and fills every field of its `PlannerInfo`."""
 
     Config = type(None)
 
@@ -35,7 +35,7 @@ class PushThrough(Planner):
         replanned = observation.step == 0 or known != self.known
         if replanned:
             self.path = np.linspace(observation.position_m, self.task.goal_m, 7)
-        rationale = Rationale(
+        info = PlannerInfo(
             action="push" if observation.contacts else "move",
             reason="straight through",
             target=observation.contacts[0].id if observation.contacts else None,
@@ -48,7 +48,7 @@ class PushThrough(Planner):
             expansions=7 if replanned else 0,
         )
         speed = self.task.speed_mps / np.hypot(*offset)
-        return Command(velocity_mps=offset * speed, rationale=rationale)
+        return Command(velocity_mps=offset * speed, info=info)
 
 
 class GiveUp(PushThrough):
@@ -59,7 +59,7 @@ class GiveUp(PushThrough):
         if observation.step < 5:
             return command
         return dataclasses.replace(
-            command, give_up=True, rationale=Rationale(reason="no way")
+            command, give_up=True, info=PlannerInfo(reason="no way")
         )
 
 

@@ -135,7 +135,7 @@ def test_metadata_says_how_to_repeat_the_run(sample: Sample) -> None:
 
 
 def test_costs_keep_infinity_and_absence(sample: Sample) -> None:
-    found = [s.command.rationale for s in read_trace(sample.path).steps]
+    found = [s.command.info for s in read_trace(sample.path).steps]
     assert {r.cost_detour for r in found} == {None, math.inf}
     assert {r.path_m is None for r in found} == {True, False}
 

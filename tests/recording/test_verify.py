@@ -9,8 +9,9 @@ from typing import Any
 import pytest
 from mcap.records import Attachment, McapRecord, Message, Metadata
 
+from beacon_mj.errors import LogError
 from beacon_mj.planners.base import Planner
-from beacon_mj.recording import provenance, verify
+from beacon_mj.recording import provenance, read_log, verify
 from beacon_mj.recording.messages import message
 from beacon_mj.recording.schemas import SCENE_NAME, TOPICS, WORLD_NAME
 from tests.recording.conftest import Sample
@@ -191,3 +192,11 @@ def test_without_a_row_function_the_row_is_not_checked(
     found = verify(tmp_path / "x.mcap")
     assert found.ok
     assert not found.row_checked
+
+
+def test_a_log_of_another_schema_gets_one_clear_line(
+    sample: Sample, tmp_path: Path
+) -> None:
+    _with_metadata(sample, tmp_path / "x.mcap", "config", schema="1")
+    with pytest.raises(LogError, match="schema 2 but it is of schema 1"):
+        read_log(tmp_path / "x.mcap")

@@ -13,7 +13,7 @@ import shapely
 from beacon_mj.episode.protocol import Protocol
 from beacon_mj.episode.run import run_episode
 from beacon_mj.errors import BeaconError, LogError
-from beacon_mj.interface import Command, Observation, Rationale
+from beacon_mj.interface import Command, Observation, PlannerInfo
 from beacon_mj.recording import read_log, read_trace
 from beacon_mj.rendering import (
     plot_panel,
@@ -50,7 +50,7 @@ class Pathless(PushThrough):
     """Plans no path, which has the colour of the bumper."""
 
     def act(self, observation: Observation) -> Command:
-        return dataclasses.replace(super().act(observation), rationale=Rationale())
+        return dataclasses.replace(super().act(observation), info=PlannerInfo())
 
 
 @pytest.fixture(scope="module")
@@ -147,7 +147,7 @@ def test_text_names_decision_costs_and_end(log_path: Path) -> None:
         pushed = next(
             k + 1
             for k, s in enumerate(frames.trace.steps)
-            if s.command.rationale.cost_push is not None
+            if s.command.info.cost_push is not None
         )
         costs = "\n".join(describe(frames.trace, pushed))
     assert "straight through" in lines

@@ -31,13 +31,15 @@ from tests.eval.traces import (
 from tests.worlds import cached_scene
 
 DESIGN_COLUMNS = (
-    "planner, family, index, scene_sha256, perception, seed, outcome, success, "
+    "planner, family, scene_index, scene_sha256, perception, seed, outcome, success, "
     "clean_success, steps, path_length_m, contacts, sensed_obstacles, energy_j, "
     "motion_energy_j, push_energy_j, actuator_work_j, battery_left, pushes, "
-    "failed_pushes, obstacles_moved, chain_moved, toppled, broken, peak_force_n, "
+    "failed_pushes, obstacles_moved, obstacles_moved_indirectly, "
+    "obstacles_toppled, obstacles_broken, peak_force_n, "
     "filtered_peak_force_n, contact_impulse_ns, displaced_mass_distance_kgm, spl, ins, "
-    "bench_push_efficiency, bench_push_effort, reference_length_m, regret_length_m, "
-    "brier_first, brier_last, log_loss_first, log_loss_last, identified_after_s, "
+    "bench_push_efficiency, bench_push_effort, reference_length_m, excess_length_m, "
+    "brier_prior, brier_posterior, log_loss_prior, log_loss_posterior, "
+    "time_to_identify_s, "
     "replans, expansions, plan_ms_p50, plan_ms_p99, sim_time_s, wall_time_s"
 ).split(", ")
 
@@ -46,9 +48,9 @@ def test_columns_are_the_designs_in_its_order() -> None:
     ours = [c for c in COLUMNS if c in DESIGN_COLUMNS]
     assert ours == DESIGN_COLUMNS
     assert set(COLUMNS) - set(DESIGN_COLUMNS) == {
-        "energy_kd2_j",
-        "brier_pushed_first",
-        "brier_pushed_last",
+        "energy_rolling_j",
+        "brier_pushed_prior",
+        "brier_pushed_posterior",
         "detail",
     }
     assert set(COLUMNS) > WALL_CLOCK_COLUMNS
@@ -57,7 +59,7 @@ def test_columns_are_the_designs_in_its_order() -> None:
 def test_identity_is_the_scenes() -> None:
     row = measure(trace([step(1, x_m=1.0)]))
     assert row.planner == "by-hand"
-    assert (row.family, row.index, row.seed) == ("paper", 3, 11)
+    assert (row.family, row.scene_index, row.seed) == ("paper", 3, 11)
     assert row.perception == "noisy"
     assert row.scene_sha256 == scene().sha256
     assert row.key == ("by-hand", "paper", 3)
@@ -70,16 +72,16 @@ def test_a_clean_straight_run() -> None:
     assert row.steps == 2
     assert row.motion_energy_j == pytest.approx(0.2 * 10.0 * GRAVITY * 5.0)
     assert row.energy_j == row.motion_energy_j
-    assert row.energy_kd2_j == pytest.approx(10.0)
+    assert row.energy_rolling_j == pytest.approx(10.0)
     assert row.actuator_work_j == pytest.approx(3.0)
     assert row.battery_left == pytest.approx(0.7)
     assert row.spl == pytest.approx(REFERENCE_M / 5.0)
     assert row.bench_push_efficiency == pytest.approx(REFERENCE_M / 5.0)
     assert row.bench_push_effort == 1.0
     assert row.ins == pytest.approx(0.5 * 0.8 + 0.5)
-    assert row.regret_length_m == pytest.approx(1.0)
+    assert row.excess_length_m == pytest.approx(1.0)
     assert row.sim_time_s == pytest.approx(0.2)
-    assert (row.contacts, row.broken, row.pushes) == (0, 0, 0)
+    assert (row.contacts, row.obstacles_broken, row.pushes) == (0, 0, 0)
     assert row.success
     assert row.clean_success
 
@@ -88,7 +90,7 @@ def test_motion_cost_of_the_protocol() -> None:
     protocol = Protocol(motion_cost_jpm=7.0)
     row = measure(trace([step(1, x_m=2.0)], protocol=protocol))
     assert row.motion_energy_j == pytest.approx(14.0)
-    assert row.energy_kd2_j == pytest.approx(4.0)
+    assert row.energy_rolling_j == pytest.approx(4.0)
 
 
 def test_pushing_costs_its_friction_work() -> None:
@@ -102,8 +104,8 @@ def test_pushing_costs_its_friction_work() -> None:
     expected = FRICTION * MASS_KG * GRAVITY * 0.75
     assert row.push_energy_j == pytest.approx(expected)
     assert row.energy_j == pytest.approx(row.motion_energy_j + expected)
-    assert row.energy_kd2_j == pytest.approx(2.0 * 2.0 + expected)
-    assert (row.obstacles_moved, row.chain_moved) == (2, 1)
+    assert row.energy_rolling_j == pytest.approx(2.0 * 2.0 + expected)
+    assert (row.obstacles_moved, row.obstacles_moved_indirectly) == (2, 1)
     kinematic = 20.0 / (20.0 + 1.5)
     dynamic = 9.81 / (9.81 + 0.5)
     assert row.bench_push_effort == pytest.approx(kinematic)
@@ -121,7 +123,7 @@ def test_a_failure_scores_nothing_and_has_no_regret() -> None:
     assert not row.success
     assert not row.clean_success
     assert (row.spl, row.bench_push_efficiency) == (0.0, 0.0)
-    assert row.regret_length_m is None
+    assert row.excess_length_m is None
 
 
 def test_a_success_that_breaks_something_is_not_clean() -> None:
@@ -129,7 +131,7 @@ def test_a_success_that_breaks_something_is_not_clean() -> None:
     row = measure(trace([step(1, x_m=4.0, damages=[hit], toppled=["c", "b"])]))
     assert row.success
     assert not row.clean_success
-    assert (row.broken, row.toppled) == (1, 2)
+    assert (row.obstacles_broken, row.obstacles_toppled) == (1, 2)
 
 
 def test_contact_events_need_a_pause() -> None:
@@ -189,26 +191,26 @@ def test_belief_scores() -> None:
         step(4, beliefs=last),
     ]
     row = measure(trace(records))
-    assert row.brier_first == pytest.approx((0.25 + 0.5625 + 0.0625) / 2)
-    assert row.log_loss_first == pytest.approx(math.log(4.0) / 2)
-    assert (row.brier_last, row.log_loss_last) == (0.0, 0.0)
-    assert row.brier_pushed_first == pytest.approx(0.875)
-    assert row.brier_pushed_last == 0.0
-    assert row.identified_after_s == pytest.approx((0.2 + 0.0) / 2)
+    assert row.brier_prior == pytest.approx((0.25 + 0.5625 + 0.0625) / 2)
+    assert row.log_loss_prior == pytest.approx(math.log(4.0) / 2)
+    assert (row.brier_posterior, row.log_loss_posterior) == (0.0, 0.0)
+    assert row.brier_pushed_prior == pytest.approx(0.875)
+    assert row.brier_pushed_posterior == 0.0
+    assert row.time_to_identify_s == pytest.approx((0.2 + 0.0) / 2)
 
 
 def test_a_certain_mistake_costs_a_bounded_log_loss() -> None:
     row = measure(trace([step(1, beliefs={"a": (1.0, 0.0, 0.0)})]))
-    assert row.brier_first == 2.0
-    assert row.log_loss_first == pytest.approx(-math.log(1e-6))
-    assert row.identified_after_s is None
+    assert row.brier_prior == 2.0
+    assert row.log_loss_prior == pytest.approx(-math.log(1e-6))
+    assert row.time_to_identify_s is None
 
 
 def test_identification_must_last() -> None:
     sure, unsure = (0.05, 0.95, 0.0), (0.5, 0.5, 0.0)
     beliefs = [unsure, sure, unsure, sure, sure]
     row = measure(trace([step(k, beliefs={"a": p}) for k, p in enumerate(beliefs, 1)]))
-    assert row.identified_after_s == pytest.approx(0.3)
+    assert row.time_to_identify_s == pytest.approx(0.3)
 
 
 @pytest.mark.parametrize(
@@ -225,13 +227,15 @@ def test_beliefs_that_are_none_have_no_score(
     nonsense: dict[str, tuple[float, ...]],
 ) -> None:
     row = measure(trace([step(1, beliefs=nonsense)]))  # type: ignore[arg-type]
-    assert (row.brier_first, row.log_loss_last, row.brier_pushed_last) == (None,) * 3
+    assert (row.brier_prior, row.log_loss_posterior, row.brier_pushed_posterior) == (
+        None,
+    ) * 3
 
 
 def test_planning_columns() -> None:
     times = [0.001, 0.002, 0.003, 0.010]
     reasons = {"replanned": True, "expansions": 5}
-    records = [step(k, decision_s=t, rationale=reasons) for k, t in enumerate(times, 1)]
+    records = [step(k, decision_s=t, info=reasons) for k, t in enumerate(times, 1)]
     row = measure(trace([*records, step(5, decision_s=0.002)]))
     assert (row.replans, row.expansions) == (4, 20)
     assert row.plan_ms_p50 == pytest.approx(2.0)
@@ -278,7 +282,7 @@ def test_a_live_row_survives_json(family: str) -> None:
     assert row.steps > 0
     assert 0.0 <= row.ins <= 1.0
     assert row.filtered_peak_force_n <= row.peak_force_n
-    assert row.chain_moved <= row.obstacles_moved
+    assert row.obstacles_moved_indirectly <= row.obstacles_moved
     assert row.failed_pushes <= row.pushes
 
 

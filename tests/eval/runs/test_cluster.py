@@ -1,6 +1,5 @@
 """Episodes on a real dask scheduler, with worker processes that die."""
 
-from tests.repository import REPOSITORY
 import os
 import signal
 import socket
@@ -14,11 +13,12 @@ import msgspec
 import pytest
 
 from beacon_mj.errors import RunError
+from beacon_mj.eval.metrics.row import Row
 from beacon_mj.eval.runs import cluster
 from beacon_mj.eval.runs.cluster import checked_job, run_on_cluster
-from beacon_mj.eval.metrics.row import Row
 from beacon_mj.eval.runs.runner import plan
 from tests.eval.runs.test_runner import configured, hostile, run, timeless
+from tests.repository import REPOSITORY
 
 pytest.importorskip("distributed")
 # dask leaves sockets and loops to the garbage collector when a worker is lost.

@@ -1,6 +1,5 @@
 """A run that is killed at any time can be gone on with, and gives the same rows."""
 
-from tests.repository import REPOSITORY
 import multiprocessing
 import os
 import random
@@ -21,6 +20,7 @@ from beacon_mj.constants import WALL_CLOCK_COLUMNS
 from beacon_mj.eval.runs.run_folder import load_rows
 from beacon_mj.eval.runs.scene_cache import VARIABLE
 from tests.eval.runs.test_runner import timeless
+from tests.repository import REPOSITORY
 
 EPISODES = 8
 RUN = [

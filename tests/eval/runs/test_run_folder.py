@@ -1,5 +1,6 @@
 """The run folder: what is on disk, and when."""
 
+import json
 from pathlib import Path
 
 import msgspec
@@ -7,10 +8,15 @@ import polars as pl
 import pytest
 
 from beacon_mj.errors import RunError
-from beacon_mj.eval.runs.config import RunConfig
 from beacon_mj.eval.metrics.measure import measure
 from beacon_mj.eval.metrics.row import COLUMNS, Row
-from beacon_mj.eval.runs.run_folder import RunFolder, load_config, load_rows, write_table
+from beacon_mj.eval.runs.config import RunConfig
+from beacon_mj.eval.runs.run_folder import (
+    RunFolder,
+    load_config,
+    load_rows,
+    write_table,
+)
 from beacon_mj.eval.statistics.summary import summarize
 from tests.eval.runs.test_runner import configured
 from tests.eval.traces import step, trace
@@ -18,7 +24,7 @@ from tests.eval.traces import step, trace
 
 def row(index: int, planner: str = "one") -> Row:
     made = measure(trace([step(1, x_m=1.0)]))
-    return msgspec.structs.replace(made, index=index, planner=planner)
+    return msgspec.structs.replace(made, scene_index=index, planner=planner)
 
 
 @pytest.fixture
@@ -66,7 +72,7 @@ def test_the_table_is_typed_ordered_and_repeatable(tmp_path: Path) -> None:
     frame = pl.read_parquet(tmp_path / "a.parquet")
     assert tuple(frame.columns) == COLUMNS
     assert frame["planner"].to_list() == ["one", "one", "two"]
-    assert frame.schema["brier_first"] == pl.Float64  # Though every value is null.
+    assert frame.schema["brier_prior"] == pl.Float64  # Though every value is null.
     assert frame.schema["steps"] == pl.Int64
     assert frame.schema["success"] == pl.Boolean
     assert frame.row(0, named=True) == row(0).as_dict()
@@ -136,6 +142,21 @@ def test_a_damaged_line_is_named(tmp_path: Path, config: RunConfig) -> None:
 def test_no_run_is_no_run(tmp_path: Path) -> None:
     with pytest.raises(RunError, match="expected a run folder"):
         load_config(tmp_path)
-    (tmp_path / "config.json").write_text("{}")
+    (tmp_path / "config.json").write_text('{"schema": 2}')
     with pytest.raises(RunError, match="not a valid configuration"):
         load_config(tmp_path)
+
+
+def test_a_run_of_another_schema_gets_one_clear_line(
+    tmp_path: Path, config: RunConfig
+) -> None:
+    path = tmp_path / "old"
+    RunFolder(path).create(config)
+    stored = json.loads((path / "config.json").read_text())
+    del stored["schema"]
+    stored["versions"]["beacon-mj"] = "0.1.0"
+    stored["renamed"] = "since"
+    (path / "config.json").write_text(json.dumps(stored))
+    for load in (load_config, load_rows):
+        with pytest.raises(RunError, match=r"schema 2 but it is of schema 1.*0\.1\.0"):
+            load(path)

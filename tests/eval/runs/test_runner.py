@@ -1,6 +1,5 @@
 """Running evaluations: worker counts, misbehaving planners, resuming."""
 
-from tests.repository import REPOSITORY
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -8,6 +7,7 @@ import pytest
 
 from beacon_mj.constants import WALL_CLOCK_COLUMNS
 from beacon_mj.errors import RunError
+from beacon_mj.eval.metrics.row import Row
 from beacon_mj.eval.runs.config import (
     RunConfig,
     SceneRef,
@@ -17,10 +17,10 @@ from beacon_mj.eval.runs.config import (
     stored_scenes,
 )
 from beacon_mj.eval.runs.jobs import planner_seed
-from beacon_mj.eval.metrics.row import Row
 from beacon_mj.eval.runs.runner import plan, run_jobs
 from beacon_mj.eval.runs.versions import versions
 from beacon_mj.scene_gen.generate import generate_scene
+from tests.repository import REPOSITORY
 
 HOSTILE = REPOSITORY / "tests" / "eval" / "hostile.py"
 

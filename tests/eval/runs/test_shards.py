@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 from beacon_mj import cli
 from beacon_mj.constants import WALL_CLOCK_COLUMNS
 from beacon_mj.errors import RunError
-from beacon_mj.eval.studies.merge import merge
 from beacon_mj.eval.runs.run_folder import load_config, load_rows
 from beacon_mj.eval.runs.shards import Shard, parse_shard, share
+from beacon_mj.eval.studies.merge import merge
 
 SMALL = [
     "eval", "--planner", "push-through", "--planner", "bug1", "--family", "sparse",

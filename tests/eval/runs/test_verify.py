@@ -52,7 +52,7 @@ def test_every_log_of_a_run_proves_its_row(made: Path) -> None:
 def test_metrics_of_the_log_are_the_tables_in_every_column(made: Path) -> None:
     rows = {row.key: row for row in load_rows(made)}
     parquet = {
-        (r["planner"], r["family"], r["index"]): r
+        (r["planner"], r["family"], r["scene_index"]): r
         for r in pl.read_parquet(made / "episodes.parquet").to_dicts()
     }
     compared = 0
@@ -68,7 +68,7 @@ def test_metrics_of_the_log_are_the_tables_in_every_column(made: Path) -> None:
 
 @pytest.mark.parametrize(
     ("column", "value"),
-    [("path_length_m", 1.5), ("outcome", "reached"), ("brier_last", None)],
+    [("path_length_m", 1.5), ("outcome", "reached"), ("brier_posterior", None)],
 )
 def test_a_doctored_line_is_named_with_its_column(
     run: Path, column: str, value: object

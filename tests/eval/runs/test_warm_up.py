@@ -1,12 +1,13 @@
 """Warming up leaves nothing to compile for a decision."""
 
-from tests.repository import REPOSITORY
 import os
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+
+from tests.repository import REPOSITORY
 
 #: Compile in a fresh cache, then run episodes whose decisions have a tight limit.
 PROGRAM = """

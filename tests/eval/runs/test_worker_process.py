@@ -1,6 +1,5 @@
 """Workers do not outlive the process that they work for."""
 
-from tests.repository import REPOSITORY
 import os
 import signal
 import subprocess
@@ -12,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from tests.eval.runs.test_runner import hostile
+from tests.repository import REPOSITORY
 
 WITHIN_S = 15.0  #: Time until all must be gone; a second or two but for a busy machine.
 

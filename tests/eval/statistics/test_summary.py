@@ -18,12 +18,12 @@ def row(
         made,
         planner=planner,
         family=family,
-        index=index,
+        scene_index=index,
         scene_sha256=f"{family}{index}",
         success=success,
         clean_success=success and index == 0,
         outcome="reached" if success else "stuck",
-        regret_length_m=1.0 if success else None,
+        excess_length_m=1.0 if success else None,
     )
 
 
@@ -57,8 +57,8 @@ def test_counts_intervals_and_both_kinds_of_means() -> None:
     assert cells["overall"]["outcomes"]["stuck"] == 1
     assert sum(cells["overall"]["outcomes"].values()) == 4
     nothing = {"mean": None, "n": 0, "low": None, "high": None}
-    assert cells["one"]["mean"]["regret_length_m"] == nothing | {"mean": 1.0, "n": 1}
-    assert cells["one"]["mean"]["brier_first"] == nothing
+    assert cells["one"]["mean"]["excess_length_m"] == nothing | {"mean": 1.0, "n": 1}
+    assert cells["one"]["mean"]["brier_prior"] == nothing
 
 
 def test_a_planner_that_never_succeeds_still_has_its_tables() -> None:

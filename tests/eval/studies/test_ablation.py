@@ -28,11 +28,11 @@ def row(planner: str, index: int, steps: int, *, clean: bool = True) -> Row:
         measure(trace([])),
         planner=planner,
         family="a",
-        index=index,
+        scene_index=index,
         steps=steps,
         success=True,
         clean_success=clean,
-        broken=0 if clean else 1,
+        obstacles_broken=0 if clean else 1,
     )
 
 
@@ -80,7 +80,7 @@ def test_effects_are_paired_differences_to_the_whole_planner() -> None:
     assert whole.clean == 3
     # Scenes differ by fifty steps, the variant by seven in each: no spread is left.
     assert off.costs["steps"] == pytest.approx((7.0, 7.0, 7.0))
-    assert off.costs["broken"].estimate == pytest.approx(1.0 / 3.0)
+    assert off.costs["obstacles_broken"].estimate == pytest.approx(1.0 / 3.0)
     assert off.clean_rate.estimate == pytest.approx(-1.0 / 3.0)
     assert (off.success, off.clean) == (3, 2)
     assert effects["overall", SWITCHES[0]].costs == off.costs

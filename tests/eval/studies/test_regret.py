@@ -28,7 +28,7 @@ def row(family: str, index: int, steps: int, *, success: bool = True) -> Row:
     return msgspec.structs.replace(
         measure(trace([])),
         family=family,
-        index=index,
+        scene_index=index,
         steps=steps,
         path_length_m=0.05 * steps,
         energy_j=float(steps),

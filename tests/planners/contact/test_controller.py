@@ -130,5 +130,5 @@ def test_voi_pushes_what_was_left_on_the_goal() -> None:
     planner.reset(task)
     command = planner.act(observation)
     assert math.isfinite(planner._times.from_point(observation.position_m))
-    assert command.rationale.action == "approach"
-    assert command.rationale.cost_detour == math.inf
+    assert command.info.action == "approach"
+    assert command.info.cost_detour == math.inf

@@ -38,12 +38,12 @@ def test_free_ways_are_taken_without_touching(cls: type[Planner]) -> None:
 
 def test_every_decision_has_both_costs_and_a_reason() -> None:
     trace = crossing(Beacon(), "collision-shortcut")
-    pushes = [s.command.rationale for s in trace.steps if s.command.rationale.target]
+    pushes = [s.command.info for s in trace.steps if s.command.info.target]
     assert pushes
-    for rationale in pushes:
-        assert rationale.cost_push is not None
-        assert rationale.cost_detour is not None
-        assert set(rationale.terms) == {"pos", "risk", "vel", "res"}
+    for info in pushes:
+        assert info.cost_push is not None
+        assert info.cost_detour is not None
+        assert set(info.terms) == {"pos", "risk", "vel", "res"}
     assert any(r.reason for r in pushes)
 
 
@@ -56,7 +56,7 @@ def test_beacon_believes_what_it_pushed() -> None:
         for a in s.outcome.attempts
         if a.evidence == "moved"
     }
-    last = trace.steps[-1].command.rationale.beliefs
+    last = trace.steps[-1].command.info.beliefs
     assert moved
     assert all(last[i][0] < 0.25 for i in moved)
 
@@ -65,7 +65,7 @@ def test_semantic_never_changes_its_mind() -> None:
     trace = crossing(Semantic(), "collision-required")
     first: dict[str, object] = {}
     for step in trace.steps:
-        for name, belief in step.command.rationale.beliefs.items():
+        for name, belief in step.command.info.beliefs.items():
             assert first.setdefault(name, belief) == belief
     assert first
 

@@ -1,0 +1,1 @@
+"""Runs: configuration, jobs, worker processes, the run folder, verification."""
