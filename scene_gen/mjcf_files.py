@@ -1,0 +1,243 @@
+"""The files that a family is made of: found, parsed, put into one, and hashed.
+
+Nothing outside the family's own template folder and the shipped one is ever read.
+Includes are put in place here, not by MuJoCo, because only so is it known which file
+each element stands in, and which file each asset is.
+"""
+
+import hashlib
+import os
+import xml.etree.ElementTree as ET
+from dataclasses import dataclass, field
+from pathlib import Path, PurePosixPath
+from xml.parsers import expat
+
+from beacon_mj.errors import TemplateError
+from beacon_mj.mjcf_templates import ROOT
+from beacon_mj.scene_gen.layout_sources import layout_source
+
+MAX_BYTES = 64_000_000  #: Of one file of a template.
+MAX_DEPTH = 60  #: Of elements in each other, and of files that include each other.
+_FOLDERS = ("meshdir", "texturedir", "assetdir")
+#: Assets that MuJoCo names after their file where they have no name.
+_NAMED_BY_FILE = ("mesh", "texture", "hfield", "skin")
+
+
+@dataclass(frozen=True, slots=True)
+class Origin:
+    """Where an element of a template stands: file, line, and whether it is shipped."""
+
+    path: Path
+    line: int
+    shipped: bool
+
+    def __str__(self) -> str:
+        """Return `file:line`, as errors begin."""
+        return f"{self.path}:{self.line}"
+
+
+@dataclass(slots=True)
+class Template:
+    """A family file with its includes in place.
+
+    Attributes:
+        path: The family file.
+        root: All its elements; each file attribute is a key of `assets`.
+        origins: Where each element stands.
+        parts: The bytes that decide what the family is, in order.
+        assets: Content of every mesh or picture, one entry a file.
+        keys: The key of each such file.
+    """
+
+    path: Path
+    root: ET.Element = field(default_factory=lambda: ET.Element("mujoco"))
+    origins: dict[ET.Element, Origin] = field(default_factory=dict)
+    parts: list[bytes] = field(default_factory=list)
+    assets: dict[str, bytes] = field(default_factory=dict)
+    keys: dict[Path, str] = field(default_factory=dict)
+
+    @property
+    def folder(self) -> Path:
+        """The template folder that the family file belongs to."""
+        home = self.path.parent
+        return home.parent if home.name == "families" else home
+
+    @property
+    def sha256(self) -> str:
+        """SHA-256 of all that decides the family."""
+        # Of the parts' digests, so that no two lists of parts read the same.
+        digests = b"".join(hashlib.sha256(part).digest() for part in self.parts)
+        return hashlib.sha256(digests).hexdigest()
+
+
+def load_template(path: Path) -> Template:
+    """Read a family file and all that it refers to; nothing is compiled.
+
+    An include such as `../obstacles/box.xml` is looked up in the family's own
+    template folder first, then among the shipped templates, so that a family file
+    can be copied alone.
+
+    Raises:
+        TemplateError: If a file is missing, leaves the template folder, or is no XML.
+    """
+    template = Template(path)
+    text = _read(path)
+    template.parts.append(text)
+    template.root = _expanded(template, text, path, ())
+    name = template.root.find("custom/text[@name='layout']")
+    if name is not None:
+        template.parts += layout_source(template.folder, name.get("data", ""))
+    return template
+
+
+def template_sha256(path: Path) -> str:
+    """Return the SHA-256 of a family file, all that it refers to, and its layout.
+
+    Raises:
+        TemplateError: If a file is missing, leaves the template folder, or is no XML.
+    """
+    return load_template(path).sha256
+
+
+def _read(path: Path) -> bytes:
+    try:
+        if path.exists() and not path.is_file():
+            raise TemplateError(f"{path}: expected a regular file.")
+        size = path.stat().st_size
+        if size > MAX_BYTES:
+            raise TemplateError(
+                f"{path}: expected at most {MAX_BYTES} bytes but it has {size}."
+            )
+        return path.read_bytes()
+    except OSError as error:
+        raise TemplateError(
+            f"{path}: cannot read the template: {error.strerror}"
+        ) from error
+
+
+def _expanded(
+    template: Template, text: bytes, path: Path, trail: tuple[Path, ...]
+) -> ET.Element:
+    """Return the elements of a file, what it includes put in their place."""
+    if path in trail:
+        raise TemplateError(f"{path}: expected no file to include itself.")
+    root, lines = _parse(text, path)
+    shipped = _is_shipped(path, text)
+    for element in lines:
+        template.origins[element] = Origin(path, lines[element], shipped)
+        if any(name in element.attrib for name in _FOLDERS):
+            raise TemplateError(
+                f"{path}: expected no meshdir, texturedir or assetdir in a template."
+            )
+    parents = {child: parent for parent in root.iter() for child in parent}
+    for element in lines:
+        for name in [k for k in element.attrib if k.startswith("file")]:
+            source = _find(element.attrib[name], path, template.folder)
+            content = _read(source)
+            template.parts += [element.attrib[name].encode(), content]
+            if element.tag == "include":
+                included = _expanded(template, content, source, (*trail, path))
+                _replace(parents[element], element, included)
+            else:
+                _refer(template, element, name, source, content)
+    return root
+
+
+def _is_shipped(path: Path, text: bytes) -> bool:
+    """Whether a file is one of the shipped ones, or an unchanged copy of one."""
+    if path.resolve().is_relative_to(ROOT.resolve()):
+        return True
+    return path.name == "arena.xml" and text == (ROOT / "arena.xml").read_bytes()
+
+
+def _replace(parent: ET.Element, include: ET.Element, root: ET.Element) -> None:
+    place = list(parent).index(include)
+    parent.remove(include)
+    for offset, child in enumerate(list(root)):
+        parent.insert(place + offset, child)
+
+
+def _refer(
+    template: Template, element: ET.Element, name: str, source: Path, content: bytes
+) -> None:
+    """Let an element refer to a file by a key that no other file has."""
+    written = PurePosixPath(element.attrib[name])
+    if (
+        name == "file"
+        and element.tag in _NAMED_BY_FILE
+        and "name" not in element.attrib
+    ):
+        element.set("name", written.stem)
+    number = len(template.keys)
+    key = template.keys.setdefault(source.resolve(), f"{number}_{written.name}")
+    template.assets[key] = content
+    element.set(name, key)
+
+
+def _parse(text: bytes, path: Path) -> tuple[ET.Element, dict[ET.Element, int]]:
+    """Return the root of a file, and the line of each element in document order."""
+    builder, lines, depth = ET.TreeBuilder(), dict[ET.Element, int](), 0
+    parser = expat.ParserCreate()
+
+    def start(tag: str, attributes: dict[str, str]) -> None:
+        nonlocal depth
+        depth += 1
+        if depth > MAX_DEPTH:
+            raise TemplateError(
+                f"{path}: expected at most {MAX_DEPTH} elements in each other."
+            )
+        lines[builder.start(tag, attributes)] = parser.CurrentLineNumber
+
+    def end(tag: str) -> None:
+        nonlocal depth
+        depth -= 1
+        builder.end(tag)
+
+    def refuse(*_: object) -> None:
+        raise TemplateError(f"{path}: expected no document type or entities.")
+
+    parser.StartElementHandler, parser.EndElementHandler = start, end
+    parser.StartDoctypeDeclHandler = refuse
+    if b"<!ENTITY" in text:
+        refuse()
+    try:
+        parser.Parse(text, True)
+    except expat.ExpatError as error:
+        raise TemplateError(f"{path}: not valid XML: {error}") from error
+    return builder.close(), lines
+
+
+def _find(name: str, path: Path, folder: Path) -> Path:
+    """Return where a file is: beside the template that names it, or as an include."""
+    relative = _inside(name, path)
+    homes = folder.resolve(), ROOT.resolve()
+    for candidate in (path.parent / name, folder / relative, ROOT / relative):
+        real = candidate.resolve()
+        if candidate.is_file() and any(real.is_relative_to(home) for home in homes):
+            return candidate
+        written = Path(os.path.normpath(candidate))
+        if os.path.lexists(candidate) and written.is_relative_to(folder):
+            raise TemplateError(
+                f"{path}: file {name!r} is a link that leaves the template folder or "
+                f"leads nowhere: it leads to {real}. Copy the file."
+            )
+    raise TemplateError(
+        f"{path}: file {name!r} found neither in {folder} nor among the shipped "
+        "templates."
+    )
+
+
+def _inside(name: str, path: Path) -> Path:
+    """Normalise a file name of a family; it may not leave the template folder."""
+    parts: list[str] = ["families"]
+    pure = PurePosixPath(name)
+    for part in pure.parts:
+        if part == ".." and parts:
+            parts.pop()
+        elif part != ".":
+            parts.append(part)
+    if pure.is_absolute() or ".." in parts or name.count("..") > 1:
+        raise TemplateError(
+            f"{path}: expected file {name!r} to stay inside the template folder."
+        )
+    return Path(*parts)
