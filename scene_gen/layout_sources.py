@@ -36,7 +36,7 @@ def layout_source(folder: Path, name: str) -> list[bytes]:
     found = layout_entry_point(name)
     if found is None:
         return []
-    source = _module_file(found)
+    source = module_file(found)
     return [found.value.encode(), b"" if source is None else read_source(source)]
 
 
@@ -50,7 +50,7 @@ def read_source(path: Path) -> bytes:
         ) from error
 
 
-def _module_file(found: EntryPoint) -> Path | None:
+def module_file(found: EntryPoint) -> Path | None:
     """Return the file of the module that an entry point names, not importing it."""
     try:
         spec = importlib.util.find_spec(found.module)

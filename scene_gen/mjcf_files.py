@@ -59,8 +59,7 @@ class Template:
     @property
     def folder(self) -> Path:
         """The template folder that the family file belongs to."""
-        home = self.path.parent
-        return home.parent if home.name == "families" else home
+        return template_folder(self.path)
 
     @property
     def sha256(self) -> str:
@@ -68,6 +67,11 @@ class Template:
         # Of the parts' digests, so that no two lists of parts read the same.
         digests = b"".join(hashlib.sha256(part).digest() for part in self.parts)
         return hashlib.sha256(digests).hexdigest()
+
+
+def template_folder(path: Path) -> Path:
+    """Return the template folder that a family file belongs to."""
+    return path.parent.parent if path.parent.name == "families" else path.parent
 
 
 def load_template(path: Path) -> Template:
