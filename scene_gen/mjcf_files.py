@@ -5,6 +5,7 @@ Includes are put in place here, not by MuJoCo, because only so is it known which
 each element stands in, and which file each asset is.
 """
 
+import functools
 import hashlib
 import os
 import xml.etree.ElementTree as ET
@@ -45,8 +46,8 @@ class Template:
         root: All its elements; each file attribute is a key of `assets`.
         origins: Where each element stands.
         parts: The bytes that decide what the family is, in order.
-        assets: Content of every mesh or picture, one entry a file.
-        keys: The key of each such file.
+        assets: Content of every mesh or picture; a key holds the content's hash,
+            because MuJoCo keeps what it has read, and looks for it under the key alone.
     """
 
     path: Path
@@ -54,7 +55,6 @@ class Template:
     origins: dict[ET.Element, Origin] = field(default_factory=dict)
     parts: list[bytes] = field(default_factory=list)
     assets: dict[str, bytes] = field(default_factory=dict)
-    keys: dict[Path, str] = field(default_factory=dict)
 
     @property
     def folder(self) -> Path:
@@ -88,6 +88,7 @@ def load_template(path: Path) -> Template:
     text = _read(path)
     template.parts.append(text)
     template.root = _expanded(template, text, path, ())
+    _check_own_room(template)
     name = template.root.find("custom/text[@name='layout']")
     if name is not None:
         template.parts += layout_source(template.folder, name.get("data", ""))
@@ -101,6 +102,23 @@ def template_sha256(path: Path) -> str:
         TemplateError: If a file is missing, leaves the template folder, or is no XML.
     """
     return load_template(path).sha256
+
+
+def _check_own_room(template: Template) -> None:
+    """Refuse a room or a robot of one's own, which no world would have."""
+    for origin in dict.fromkeys(template.origins.values()):
+        if origin.path.name in ("arena.xml", "robot.xml") and not origin.shipped:
+            raise _not_used(origin.path)
+    robot = template.folder / "robot.xml"
+    if robot.is_file() and _read(robot) != _read(ROOT / robot.name):
+        raise _not_used(robot)
+
+
+def _not_used(path: Path) -> TemplateError:
+    return TemplateError(
+        f"{path}: expected no room or robot other than the shipped {path.name}: they "
+        "are the same in every family. Remove this file."
+    )
 
 
 def _read(path: Path) -> bytes:
@@ -143,15 +161,18 @@ def _expanded(
                 included = _expanded(template, content, source, (*trail, path))
                 _replace(parents[element], element, included)
             else:
-                _refer(template, element, name, source, content)
+                _refer(template, element, name, content)
     return root
 
 
 def _is_shipped(path: Path, text: bytes) -> bool:
     """Whether a file is one of the shipped ones, or an unchanged copy of one."""
-    if path.resolve().is_relative_to(ROOT.resolve()):
-        return True
-    return path.name == "arena.xml" and text == (ROOT / "arena.xml").read_bytes()
+    return path.resolve().is_relative_to(ROOT.resolve()) or text in _shipped_texts()
+
+
+@functools.cache
+def _shipped_texts() -> frozenset[bytes]:
+    return frozenset(path.read_bytes() for path in ROOT.rglob("*.xml"))
 
 
 def _replace(parent: ET.Element, include: ET.Element, root: ET.Element) -> None:
@@ -161,10 +182,8 @@ def _replace(parent: ET.Element, include: ET.Element, root: ET.Element) -> None:
         parent.insert(place + offset, child)
 
 
-def _refer(
-    template: Template, element: ET.Element, name: str, source: Path, content: bytes
-) -> None:
-    """Let an element refer to a file by a key that no other file has."""
+def _refer(template: Template, element: ET.Element, name: str, content: bytes) -> None:
+    """Let an element refer to a file by a key that no other content has."""
     written = PurePosixPath(element.attrib[name])
     if (
         name == "file"
@@ -172,8 +191,7 @@ def _refer(
         and "name" not in element.attrib
     ):
         element.set("name", written.stem)
-    number = len(template.keys)
-    key = template.keys.setdefault(source.resolve(), f"{number}_{written.name}")
+    key = f"{hashlib.sha256(content).hexdigest()}_{written.name}"
     template.assets[key] = content
     element.set(name, key)
 
@@ -216,8 +234,11 @@ def _find(name: str, path: Path, folder: Path) -> Path:
     relative = _inside(name, path)
     homes = folder.resolve(), ROOT.resolve()
     for candidate in (path.parent / name, folder / relative, ROOT / relative):
+        if candidate.is_dir():
+            continue
         real = candidate.resolve()
-        if candidate.is_file() and any(real.is_relative_to(home) for home in homes):
+        inside = any(real.is_relative_to(home) for home in homes)
+        if inside and candidate.exists():
             return candidate
         written = Path(os.path.normpath(candidate))
         if os.path.lexists(candidate) and written.is_relative_to(folder):

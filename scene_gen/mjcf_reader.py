@@ -13,7 +13,6 @@ from typing import Any
 import mujoco
 
 from beacon_mj.errors import TemplateError
-from beacon_mj.mjcf_templates import ROOT
 from beacon_mj.scene_gen.mjcf_files import Origin, Template, load_template
 
 #: Elements that a user's files may hold, and below which element.
@@ -60,7 +59,6 @@ def read_mjcf(path: Path) -> Mjcf:
             holds what a family cannot: the message names file and line.
     """
     template = load_template(path)
-    _check_own_room(template)
     _check_elements(template, template.root)
     _check_angles(template)
     default = ET.Element("default")
@@ -79,23 +77,6 @@ def read_mjcf(path: Path) -> Mjcf:
         return Mjcf(spec, spec.compile(), origins)
     except ValueError as error:
         raise _named(error, template, "MuJoCo cannot compile it") from error
-
-
-def _check_own_room(template: Template) -> None:
-    """Refuse a room or a robot of one's own, which no world would have."""
-    for origin in dict.fromkeys(template.origins.values()):
-        if origin.path.name in ("arena.xml", "robot.xml") and not origin.shipped:
-            raise _not_used(origin.path)
-    robot = template.folder / "robot.xml"
-    if robot.is_file() and robot.read_bytes() != (ROOT / "robot.xml").read_bytes():
-        raise _not_used(robot)
-
-
-def _not_used(path: Path) -> TemplateError:
-    return TemplateError(
-        f"{path}: expected no room or robot other than the shipped {path.name}: they "
-        "are the same in every family. Remove this file."
-    )
 
 
 def _check_elements(template: Template, parent: ET.Element) -> None:
