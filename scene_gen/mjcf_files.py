@@ -1,13 +1,11 @@
 """The files that a family is made of: found, parsed, put into one, and hashed.
 
-Nothing outside the family's own template folder and the shipped one is ever read.
 Includes are put in place here, not by MuJoCo, because only so is it known which file
 each element stands in, and which file each asset is.
 """
 
 import functools
 import hashlib
-import os
 import xml.etree.ElementTree as ET
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
@@ -16,8 +14,8 @@ from xml.parsers import expat
 from beacon_mj.errors import TemplateError
 from beacon_mj.mjcf_templates import ROOT
 from beacon_mj.scene_gen.layout_sources import layout_source
+from beacon_mj.scene_gen.template_paths import find_file, read_file, template_folder
 
-MAX_BYTES = 64_000_000  #: Of one file of a template.
 MAX_DEPTH = 60  #: Of elements in each other, and of files that include each other.
 _FOLDERS = ("meshdir", "texturedir", "assetdir")
 #: Assets that MuJoCo names after their file where they have no name.
@@ -69,11 +67,6 @@ class Template:
         return hashlib.sha256(digests).hexdigest()
 
 
-def template_folder(path: Path) -> Path:
-    """Return the template folder that a family file belongs to."""
-    return path.parent.parent if path.parent.name == "families" else path.parent
-
-
 def load_template(path: Path) -> Template:
     """Read a family file and all that it refers to; nothing is compiled.
 
@@ -85,7 +78,7 @@ def load_template(path: Path) -> Template:
         TemplateError: If a file is missing, leaves the template folder, or is no XML.
     """
     template = Template(path)
-    text = _read(path)
+    text = read_file(path)
     template.parts.append(text)
     template.root = _expanded(template, text, path, ())
     _check_own_room(template)
@@ -110,7 +103,7 @@ def _check_own_room(template: Template) -> None:
         if origin.path.name in ("arena.xml", "robot.xml") and not origin.shipped:
             raise _not_used(origin.path)
     robot = template.folder / "robot.xml"
-    if robot.is_file() and _read(robot) != _read(ROOT / robot.name):
+    if robot.is_file() and read_file(robot) != read_file(ROOT / robot.name):
         raise _not_used(robot)
 
 
@@ -119,22 +112,6 @@ def _not_used(path: Path) -> TemplateError:
         f"{path}: expected no room or robot other than the shipped {path.name}: they "
         "are the same in every family. Remove this file."
     )
-
-
-def _read(path: Path) -> bytes:
-    try:
-        if path.exists() and not path.is_file():
-            raise TemplateError(f"{path}: expected a regular file.")
-        size = path.stat().st_size
-        if size > MAX_BYTES:
-            raise TemplateError(
-                f"{path}: expected at most {MAX_BYTES} bytes but it has {size}."
-            )
-        return path.read_bytes()
-    except OSError as error:
-        raise TemplateError(
-            f"{path}: cannot read the template: {error.strerror}"
-        ) from error
 
 
 def _expanded(
@@ -154,8 +131,8 @@ def _expanded(
     parents = {child: parent for parent in root.iter() for child in parent}
     for element in lines:
         for name in [k for k in element.attrib if k.startswith("file")]:
-            source = _find(element.attrib[name], path, template.folder)
-            content = _read(source)
+            source = find_file(element.attrib[name], path, template.folder)
+            content = read_file(source)
             template.parts += [element.attrib[name].encode(), content]
             if element.tag == "include":
                 included = _expanded(template, content, source, (*trail, path))
@@ -227,42 +204,3 @@ def _parse(text: bytes, path: Path) -> tuple[ET.Element, dict[ET.Element, int]]:
     except expat.ExpatError as error:
         raise TemplateError(f"{path}: not valid XML: {error}") from error
     return builder.close(), lines
-
-
-def _find(name: str, path: Path, folder: Path) -> Path:
-    """Return where a file is: beside the template that names it, or as an include."""
-    relative = _inside(name, path)
-    homes = folder.resolve(), ROOT.resolve()
-    for candidate in (path.parent / name, folder / relative, ROOT / relative):
-        if candidate.is_dir():
-            continue
-        real = candidate.resolve()
-        inside = any(real.is_relative_to(home) for home in homes)
-        if inside and candidate.exists():
-            return candidate
-        written = Path(os.path.normpath(candidate))
-        if os.path.lexists(candidate) and written.is_relative_to(folder):
-            raise TemplateError(
-                f"{path}: file {name!r} is a link that leaves the template folder or "
-                f"leads nowhere: it leads to {real}. Copy the file."
-            )
-    raise TemplateError(
-        f"{path}: file {name!r} found neither in {folder} nor among the shipped "
-        "templates."
-    )
-
-
-def _inside(name: str, path: Path) -> Path:
-    """Normalise a file name of a family; it may not leave the template folder."""
-    parts: list[str] = ["families"]
-    pure = PurePosixPath(name)
-    for part in pure.parts:
-        if part == ".." and parts:
-            parts.pop()
-        elif part != ".":
-            parts.append(part)
-    if pure.is_absolute() or ".." in parts or name.count("..") > 1:
-        raise TemplateError(
-            f"{path}: expected file {name!r} to stay inside the template folder."
-        )
-    return Path(*parts)

@@ -29,8 +29,8 @@ from beacon_mj.scene_gen.layouts import (
     Point,
     registering,
 )
-from beacon_mj.scene_gen.mjcf_files import template_folder
 from beacon_mj.scene_gen.sampling import Sampler
+from beacon_mj.scene_gen.template_paths import template_folder
 
 
 def find_layout(family: Family) -> Layout:

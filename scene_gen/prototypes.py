@@ -13,6 +13,7 @@ from beacon_mj.errors import TemplateError
 from beacon_mj.geometry import Array, convex_hull, core_centroid
 from beacon_mj.scene import shapes
 from beacon_mj.scene.shapes import PrismKind, Shape
+from beacon_mj.scene_gen.geom_points import geom_points, geom_rotation
 from beacon_mj.scene_gen.mjcf_files import Origin
 from beacon_mj.scene_gen.mjcf_reader import Mjcf
 
@@ -155,7 +156,7 @@ def _simple_shape(model: Any, geom: int, name: str) -> Shape | None:
     """Return the shape of a body with one geom, if it is one of the nine."""
     a, b, c = (float(v) for v in model.geom_size[geom])
     kind = mujoco.mjtGeom(model.geom_type[geom])
-    rotation = _rotation(model, geom)
+    rotation = geom_rotation(model, geom)
     upright = abs(rotation[2, 2]) > 1.0 - _ALIGNED
     if name == "sphere" and kind == mujoco.mjtGeom.mjGEOM_SPHERE:
         return shapes.Sphere(radius_m=a)
@@ -168,7 +169,7 @@ def _simple_shape(model: Any, geom: int, name: str) -> Shape | None:
         if abs(rotation[0, 2]) > 1.0 - _ALIGNED:  # It lies along the x axis.
             return shapes.Capsule(radius_m=a, length_m=2 * (a + b))
     if name in get_args(PrismKind) and kind == mujoco.mjtGeom.mjGEOM_MESH:
-        return _prism(_geom_points(model, geom), name)
+        return _prism(geom_points(model, geom), name)
     return None
 
 
@@ -189,83 +190,11 @@ def _prism(points: Array, name: str) -> shapes.Prism | None:
 
 def _hulls(model: Any, geoms: list[int], name: str) -> shapes.Hulls:
     """Return the convex parts of an authored body, standing on the floor, centred."""
-    parts = [_geom_points(model, g) for g in geoms]
+    parts = [geom_points(model, g) for g in geoms]
     everything = np.concatenate(parts)
     centre = core_centroid(convex_hull(everything[:, :2]))
     middle = 0.5 * (everything[:, 2].min() + everything[:, 2].max())
     return _hulls_of(name, [p - (*centre, middle) for p in parts])
-
-
-def _geom_points(model: Any, geom: int) -> Array:
-    """Return points whose convex hull is the geom, (k, 3) [m].
-
-    The frame is the world's, its origin that of the obstacle's outermost body.
-    """
-    points = _local_points(model, geom) @ _matrix(model.geom_quat[geom]).T
-    points = points + model.geom_pos[geom]
-    body = model.geom_bodyid[geom]
-    while model.body_parentid[body] != 0:
-        points = points @ _matrix(model.body_quat[body]).T + model.body_pos[body]
-        body = model.body_parentid[body]
-    return np.asarray(points @ _matrix(model.body_quat[body]).T)
-
-
-def _rotation(model: Any, geom: int) -> Array:
-    """Return the rotation of a geom in the world, (3, 3)."""
-    rotation, body = _matrix(model.geom_quat[geom]), model.geom_bodyid[geom]
-    while body != 0:
-        rotation = _matrix(model.body_quat[body]) @ rotation
-        body = model.body_parentid[body]
-    return rotation
-
-
-def _matrix(quaternion: Array) -> Array:
-    flat = np.empty(9)
-    mujoco.mju_quat2Mat(flat, quaternion)
-    return flat.reshape(3, 3)
-
-
-def _local_points(model: Any, geom: int) -> Array:
-    size = model.geom_size[geom]
-    kind = mujoco.mjtGeom(model.geom_type[geom])
-    if kind == mujoco.mjtGeom.mjGEOM_MESH:
-        mesh = model.geom_dataid[geom]
-        start, count = model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]
-        points = model.mesh_vert[start : start + count].astype(float)
-        return _hull_vertices(points)
-    if kind == mujoco.mjtGeom.mjGEOM_BOX:
-        corners = shapes.Box(
-            length_m=2 * size[0], width_m=2 * size[1], height_m=2 * size[2]
-        )
-        return corners.core()[0]
-    if kind == mujoco.mjtGeom.mjGEOM_CYLINDER:
-        return shapes.Cylinder(radius_m=size[0], height_m=2 * size[1]).core()[0]
-    return _round_points(size, kind)
-
-
-def _round_points(size: Array, kind: Any) -> Array:
-    """Return points on a sphere, ellipsoid or capsule."""
-    polar = np.linspace(0.0, np.pi, 9)
-    around = np.arange(12) * (np.pi / 6)
-    unit = np.array(
-        [
-            (np.sin(t) * np.cos(p), np.sin(t) * np.sin(p), np.cos(t))
-            for t in polar
-            for p in around
-        ]
-    )
-    if kind == mujoco.mjtGeom.mjGEOM_ELLIPSOID:
-        return _hull_vertices(unit * size)
-    points = unit * size[0]
-    if kind == mujoco.mjtGeom.mjGEOM_CAPSULE:
-        points = points + np.sign(unit[:, 2:]) * (0.0, 0.0, 1.0) * size[1]
-    return _hull_vertices(points)
-
-
-def _hull_vertices(points: Array) -> Array:
-    from scipy.spatial import ConvexHull
-
-    return np.asarray(points[np.sort(ConvexHull(points).vertices)])
 
 
 def largest_side(shape: Shape) -> float:
