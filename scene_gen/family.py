@@ -7,6 +7,7 @@ once.
 """
 
 import functools
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -43,6 +44,7 @@ NUMERICS: Mapping[str, tuple[int, float, float]] = {
     "gate_width": (2, 0.3, 3.0),
     "shortcut_ratio": (1, 1.0, 5.0),
 }
+_NAME = re.compile("[A-Za-z][A-Za-z0-9_-]{0,60}")  #: As in a scene.
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -137,6 +139,11 @@ def _path(name: str, templates: Path | None) -> Path:
 
 def read_family(path: Path) -> Family:
     """Read and check one family file. Raises TemplateError, naming file and element."""
+    if not _NAME.fullmatch(path.stem):
+        raise TemplateError(
+            f"{path}: expected a family's file to be called by a letter and at most 60 "
+            "letters (A to z), digits, - and _, followed by .xml."
+        )
     return _read_family(path, template_sha256(path))
 
 

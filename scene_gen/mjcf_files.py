@@ -16,7 +16,10 @@ from beacon_mj.mjcf_templates import ROOT
 from beacon_mj.scene_gen.layout_sources import layout_source
 from beacon_mj.scene_gen.template_paths import find_file, read_file, template_folder
 
-MAX_DEPTH = 60  #: Of elements in each other, and of files that include each other.
+MAX_ELEMENTS = 20_000  #: Of a family with all that it includes.
+MAX_FILES = 500  #: That a family refers to, each time counted.
+MAX_DEPTH = 60  #: Of elements in each other, in one file.
+MAX_INCLUDES = 8  #: Of files that include each other.
 _FOLDERS = ("meshdir", "texturedir", "assetdir")
 #: Assets that MuJoCo names after their file where they have no name.
 _NAMED_BY_FILE = ("mesh", "texture", "hfield", "skin")
@@ -120,7 +123,21 @@ def _expanded(
     """Return the elements of a file, what it includes put in their place."""
     if path in trail:
         raise TemplateError(f"{path}: expected no file to include itself.")
+    if len(trail) > MAX_INCLUDES:
+        raise TemplateError(
+            f"{path}: expected at most {MAX_INCLUDES} files to include one another."
+        )
     root, lines = _parse(text, path)
+    if len(template.origins) + len(lines) > MAX_ELEMENTS:
+        raise TemplateError(
+            f"{template.path}: expected at most {MAX_ELEMENTS} elements, includes "
+            "counted, but it has more."
+        )
+    if len(template.parts) > 2 * MAX_FILES:
+        raise TemplateError(
+            f"{template.path}: expected at most {MAX_FILES} references to files but it "
+            "has more."
+        )
     shipped = _is_shipped(path, text)
     for element in lines:
         template.origins[element] = Origin(path, lines[element], shipped)

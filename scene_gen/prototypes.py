@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, get_args
 
+import msgspec
 import mujoco
 import numpy as np
 import shapely
@@ -135,9 +136,22 @@ def _prototype(
                 f"{where}: expected the geoms of body {name!r} to be solid (sphere, "
                 f"capsule, ellipsoid, cylinder, box, mesh) but one is a {word}."
             )
-    if len(geoms) == 1 and (shape := _simple_shape(model, geoms[0], name)) is not None:
-        return Prototype(name, shape)
-    return Prototype(name, _hulls(model, geoms, name))
+    shape = _simple_shape(model, geoms[0], name) if len(geoms) == 1 else None
+    prototype = Prototype(name, shape or _hulls(model, geoms, name))
+    _check_storable(prototype, where)
+    return prototype
+
+
+def _check_storable(prototype: Prototype, where: str) -> None:
+    """Refuse at once what every reader of its scenes would refuse."""
+    try:
+        shape = prototype.scaled(1.0, 1.0, 1.0)
+        msgspec.convert(msgspec.to_builtins(shape), Shape)
+    except msgspec.ValidationError as error:
+        raise TemplateError(
+            f"{where}: expected body {prototype.name!r} to be a shape that fits into a "
+            f"scene (of each mesh at most 256 corners): {error}."
+        ) from error
 
 
 def _check_rigid(model: Any, body: int, expected: str) -> None:

@@ -290,6 +290,10 @@ REFUSED = {
         body("a", '<geom type="box" size="0.1 0.1 -1"/>'),
         r"a.xml: (not valid MJCF|MuJoCo cannot compile it): .*line 2",
     ),
+    "many elements": (
+        body("a", '<geom size="0.2"/>' * 20_000),
+        r"fam.xml: expected at most 20000 elements",
+    ),
     "attribute": (
         body("a", '<geom siz="0.1"/>'),
         r"a.xml: not valid MJCF: .*'siz'.*line 2",
@@ -309,6 +313,48 @@ def test_what_has_no_place_in_a_scene_is_refused_by_name(
     with pytest.raises(TemplateError, match=message) as caught:
         nominal(write(tmp_path, {"obstacles/a.xml": text}))
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("levels", "times", "message"),
+    [(7, 6, "fam.xml: expected at most 500 references to files"),
+     (40, 1, "8.xml: expected at most 8 files to include one another")],
+)  # fmt: skip
+def test_files_that_include_each_other_without_end_are_refused(
+    levels: int, times: int, message: str, tmp_path: Path
+) -> None:
+    write(tmp_path, {"obstacles/a.xml": body("a", '<geom size="0.2"/>')})
+    for k in range(levels):
+        lines = f'<include file="{k + 1}.xml"/>' * times
+        (tmp_path / f"obstacles/{k}.xml").write_text(f"<mujoco>{lines}</mujoco>")
+    (tmp_path / f"obstacles/{levels}.xml").write_text("<mujoco/>")
+    family = tmp_path / "fam.xml"
+    family.write_text(family.read_text().replace("obstacles/a.xml", "obstacles/0.xml"))
+    with pytest.raises(TemplateError, match=message):
+        nominal(tmp_path)
+
+
+def test_a_mesh_of_too_many_corners_is_refused_at_once(tmp_path: Path) -> None:
+    around = np.arange(150) * (2.0 * math.pi / 150)
+    corners = [
+        f"{0.3 * math.cos(t)} {0.3 * math.sin(t)} {z}"
+        for z in (0.0, 0.8)
+        for t in around
+    ]
+    mesh = f'<asset><mesh name="barrel" vertex="{" ".join(corners)}"/></asset>'
+    barrel = body("barrel", '<geom type="mesh" mesh="barrel"/>', head=mesh)
+    with pytest.raises(TemplateError, match=r"barrel.xml:2: .*at most 256 corners"):
+        nominal(write(tmp_path, {"obstacles/barrel.xml": barrel}))
+
+
+@pytest.mark.parametrize(
+    "name", ["2rooms", "halle-büro", "cluttered[v2]", "a b", "v.2"]
+)
+def test_a_name_that_no_scene_may_have_is_refused(name: str, tmp_path: Path) -> None:
+    write(tmp_path, {"obstacles/a.xml": body("a", '<geom size="0.2"/>')})
+    (tmp_path / "fam.xml").rename(tmp_path / f"{name}.xml")
+    with pytest.raises(TemplateError, match=r"to be called by a letter and at most 60"):
+        generate_scene(name, 0, templates=tmp_path)
 
 
 def test_document_types_in_any_encoding_are_refused(tmp_path: Path) -> None:
