@@ -133,6 +133,13 @@ def generated_scenes(
     names = dict.fromkeys(families or family_paths(templates))
     for name in names:
         find_layout(load_family(name, templates))
+    return _hashed_scenes([*names], episodes, templates)
+
+
+def _hashed_scenes(
+    names: Sequence[str], episodes: int, templates: Path | None
+) -> tuple[dict[str, str], list[SceneRef]]:
+    """Return the same of families that are there, without running any layout's code."""
     hashes = {name: family_sha256(name, templates) for name in names}
     return hashes, [SceneRef(n, i) for n in names for i in range(episodes)]
 
@@ -178,7 +185,7 @@ def scene_refs(config: RunConfig) -> tuple[dict[str, str], list[SceneRef]]:
         hashes, refs = stored_scenes(Path(config.scenes), names, episodes)
     else:
         templates = None if config.templates is None else Path(config.templates)
-        hashes, refs = generated_scenes(names, episodes or 0, templates)
+        hashes, refs = _hashed_scenes(names, episodes or 0, templates)
     return hashes, share(refs, config.shard)
 
 

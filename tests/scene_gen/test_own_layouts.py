@@ -6,6 +6,8 @@ from pathlib import Path
 import pytest
 
 from beacon_mj.errors import TemplateError
+from beacon_mj.eval.runs.config import planner_entries, scene_refs
+from beacon_mj.eval.runs.experiment import experiment
 from beacon_mj.eval.runs.scene_cache import VARIABLE, cached_scene
 from beacon_mj.mjcf_templates import ROOT
 from beacon_mj.scene import Scene
@@ -69,6 +71,22 @@ def test_hashing_a_family_runs_nothing(tmp_path: Path) -> None:
     generate_scene("sparse", 0)
     with pytest.raises(TemplateError, match=r"layouts.py:1: .*it ran"):
         generate_scene("mine", 0, templates=folder)
+
+
+def test_a_run_of_others_is_described_without_running_its_layouts(
+    tmp_path: Path,
+) -> None:
+    """Merging shards, for one, looks up the scenes of a run that it did not begin."""
+    folder = folder_with(tmp_path / "mine", LINE.replace("Y", "1.0"))
+    entries, protocol = planner_entries(["bug1"], [])
+    config, refs = experiment(
+        entries, protocol,
+        families=["mine"], episodes=2, seed=0, perception="noisy", templates=folder,
+    )  # fmt: skip
+    (folder / "layouts.py").write_text("raise SystemExit('it ran')")
+    hashes, again = scene_refs(config)
+    assert again == refs
+    assert hashes != config.families
 
 
 @pytest.mark.parametrize(
