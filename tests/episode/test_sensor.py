@@ -127,8 +127,27 @@ def test_evidence_crosses_once_and_names_the_obstacle() -> None:
     assert [(e.id, e.evidence) for e in evidence] == [("crate", "moved")]
 
 
-def test_what_breaks_out_of_range_is_not_told() -> None:
-    """The robot pushes a long beam that breaks a vase beyond the sensing radius."""
+@pytest.mark.parametrize("mass_kg", [0.1, 0.2, 1.0, 4.0])
+@pytest.mark.parametrize("options", [{"missed_detection": 0.95}, {"pose_noise_m": 0.1},
+                                     {"sensing_radius_m": 0.0}])  # fmt: skip
+def test_touch_is_told_at_once_whatever_the_eye_missed(
+    mass_kg: float, options: dict[str, float]
+) -> None:
+    """Light blocks jump off the bumper: nothing touches it when the step ends."""
+    run = Run(bench(block("crate", 0.05, mass_kg=mass_kg)), **options)
+    attempts, told = [], []
+    for _ in range(30):
+        outcome = run.world.step(np.array([0.5, 0.0]))
+        observation = run.sensor.observe(outcome, 1.0)
+        attempts.append([(a.obstacle, a.ended_s) for a in outcome.attempts])
+        told.append([(e.id, e.time_s) for e in observation.evidence])
+        assert {e.id for e in observation.evidence} <= set(ids(observation))
+    assert sum(map(len, attempts)) > 0
+    assert told == attempts
+
+
+def beam_and_vase() -> Scene:
+    """A long beam before the robot, and a vase that it will break, far off."""
     box = shapes.Box(length_m=1.2, width_m=0.2, height_m=0.25)
     beam = obstacle("beam", box, (START_M[0] + 0.8, START_M[1]), mass_kg=2.0)
     cup = shapes.Box(length_m=0.2, width_m=0.2, height_m=0.3)
@@ -139,7 +158,11 @@ def test_what_breaks_out_of_range_is_not_told() -> None:
         interaction="fragile",
         break_force_n=1.0,
     )
-    near, far = (Run(bench(beam, vase), sensing_radius_m=r) for r in (3.0, 0.3))
+    return bench(beam, vase)
+
+
+def test_what_breaks_out_of_range_is_not_told() -> None:
+    near, far = (Run(beam_and_vase(), sensing_radius_m=r) for r in (3.0, 0.3))
     told = {}
     for name, run in (("near", near), ("far", far)):
         seen = run.drive(0.3, 0.0, 30)
@@ -148,6 +171,29 @@ def test_what_breaks_out_of_range_is_not_told() -> None:
     assert told == {"near": ["vase"], "far": []}
     assert [o.broken for o in near.now.obstacles] == [False, True]
     assert ids(far.now) == ["beam"]
+
+
+@pytest.mark.parametrize(
+    "options", [{"missed_detection": 0.9}, {"occlusion": True}], ids=str
+)
+def test_what_broke_unseen_is_told_once_when_it_is_seen(
+    options: dict[str, float],
+) -> None:
+    run = Run(beam_and_vase(), sensing_radius_m=3.0, **options)
+    seen = run.drive(0.3, 0.0, 30) + run.drive(0.0, 0.5, 40)
+    assert bool(run.world.broken[1])
+    told = [(o, e) for o in seen for e in o.evidence if e.id == "vase"]
+    assert [e.evidence for _, e in told] == ["broken"]
+    (observation, evidence) = told[0]
+    assert observation.time_s > evidence.time_s + 0.1
+    vase = next(o for o in observation.obstacles if o.id == "vase")
+    assert vase.visible
+    assert vase.broken
+    after = [o for o in seen if o.time_s > evidence.time_s]
+    sights = [
+        o for o in after if any(x.id == "vase" and x.visible for x in o.obstacles)
+    ]
+    assert sights[0] is observation
 
 
 def test_occlusion_hides_what_stands_behind() -> None:
