@@ -2,7 +2,7 @@
 
 import functools
 import math
-from typing import Annotated, get_type_hints
+from typing import Annotated, Any, get_args, get_type_hints
 
 import msgspec
 from msgspec import Meta
@@ -70,12 +70,16 @@ class Protocol(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
 @functools.cache
 def _perfect() -> dict[str, float | bool]:
     """Return the fields that limit the sensor, at the values at which none does."""
-    out = {}
-    for name, hint in get_type_hints(Protocol, include_extras=True).items():
-        for meta in getattr(hint, "__metadata__", ()):
-            if meta.extra is not None and _CERTAIN in meta.extra:
-                out[name] = meta.extra[_CERTAIN]
-    return out
+    hints = get_type_hints(Protocol, include_extras=True)
+    extras = {name: _extra(hint) for name, hint in hints.items()}
+    return {name: e[_CERTAIN] for name, e in extras.items() if _CERTAIN in e}
+
+
+def _extra(hint: Any) -> dict[str, Any]:
+    """Return what the annotations within a type say beside its limits."""
+    own = [m.extra or {} for m in getattr(hint, "__metadata__", ())]
+    parts = [_extra(part) for part in get_args(hint)]
+    return {key: value for e in (*parts, *own) for key, value in e.items()}
 
 
 def battery_slope(scene: Scene) -> float:

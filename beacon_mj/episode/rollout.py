@@ -25,11 +25,11 @@ def truth_about(scene: Scene, protocol: Protocol, run: Callable[..., Trace]) -> 
     """
     return Truth(
         obstacles=tuple(_true(o) for o in scene.obstacles),
-        rehearse=_Stage(scene, protocol, run).rehearse,
+        rehearse=_Copy(scene, protocol, run).rehearse,
     )
 
 
-class _Stage:
+class _Copy:
     """A copy of the world, built when it is first used."""
 
     def __init__(

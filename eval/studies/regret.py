@@ -34,9 +34,9 @@ from beacon_mj.eval.runs.experiment import experiment, single_planner
 from beacon_mj.eval.runs.runner import plan, run_jobs
 from beacon_mj.eval.statistics.intervals import Interval, mean_interval, paired_interval
 from beacon_mj.eval.statistics.summary import OVERALL
+from beacon_mj.eval.studies.certify import ORACLE
 from beacon_mj.scene import Profile
 
-ORACLE = "clairvoyant"
 LEVELS = ("told", "near", "uncertain")
 #: The parts of the regret: which run less which other one.
 PARTS = {

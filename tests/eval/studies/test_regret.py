@@ -11,10 +11,10 @@ from beacon_mj.episode.protocol import Protocol
 from beacon_mj.errors import RunError
 from beacon_mj.eval.metrics.measure import measure
 from beacon_mj.eval.metrics.row import Row
+from beacon_mj.eval.studies.certify import ORACLE
 from beacon_mj.eval.studies.regret import (
     LEVELS,
     MEASURES,
-    ORACLE,
     PARTS,
     Price,
     decompose,
