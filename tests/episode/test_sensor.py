@@ -6,6 +6,8 @@ from collections.abc import Iterator
 import msgspec
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from beacon_mj.episode.protocol import Protocol
 from beacon_mj.episode.sensor import Sensor
@@ -194,6 +196,43 @@ def test_what_broke_unseen_is_told_once_when_it_is_seen(
         o for o in after if any(x.id == "vase" and x.visible for x in o.obstacles)
     ]
     assert sights[0] is observation
+
+
+@settings(max_examples=15, deadline=None)
+@given(
+    masses=st.lists(st.sampled_from([0.1, 0.5, 2.0, 8.0]), min_size=1, max_size=3),
+    limit_n=st.sampled_from([None, 2.0, 15.0]),
+    speed=st.floats(0.1, 0.5),
+    missed=st.sampled_from([0.0, 0.5, 0.9]),
+    occlusion=st.booleans(),
+)
+def test_evidence_is_told_once_of_known_obstacles_and_none_of_touch_late(
+    masses: list[float],
+    limit_n: float | None,
+    speed: float,
+    missed: float,
+    occlusion: bool,
+) -> None:
+    """A row of blocks is pushed and left: whatever the sensor misses."""
+    blocks = [
+        block(f"b{k}", 0.05 + 0.41 * k, mass_kg=mass, break_force_n=limit_n)
+        for k, mass in enumerate(masses)
+    ]
+    run = Run(bench(*blocks), missed_detection=missed, occlusion=occlusion)
+    happened: list[tuple[str, str, float]] = []
+    told: list[tuple[str, str, float]] = []
+    for velocity in [(speed, 0.0)] * 25 + [(-0.3, 0.2)] * 10:
+        outcome = run.world.step(np.array(velocity))
+        observation = run.sensor.observe(outcome, 1.0)
+        happened += [(a.obstacle, a.evidence, a.ended_s) for a in outcome.attempts]
+        told += [(e.id, e.evidence, e.time_s) for e in observation.evidence]
+        sensed = {o.id for o in observation.obstacles if o.visible}
+        assert {e.id for e in observation.evidence} <= sensed
+        assert {a.obstacle for a in outcome.own_attempts} <= {i for i, _, _ in told}
+    assert len(told) == len(set(told))
+    assert set(told) <= set(happened)
+    if missed == 0.0 and not occlusion:
+        assert told == happened
 
 
 def test_occlusion_hides_what_stands_behind() -> None:
