@@ -6,7 +6,7 @@ from collections.abc import Iterator
 import msgspec
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from beacon_mj.episode.protocol import Protocol
@@ -206,6 +206,7 @@ def test_what_broke_unseen_is_told_once_when_it_is_seen(
     missed=st.sampled_from([0.0, 0.5, 0.9]),
     occlusion=st.booleans(),
 )
+@example(masses=[0.2], limit_n=None, speed=0.5, missed=0.95, occlusion=False)
 def test_evidence_is_told_once_of_known_obstacles_and_none_of_touch_late(
     masses: list[float],
     limit_n: float | None,
