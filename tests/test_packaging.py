@@ -123,12 +123,13 @@ def test_wheel_works_on_its_own(tmp_path: Path) -> None:
         [python, "-m", "pip", "install", "-q", "--no-deps", wheel], check=True
     )
     code = (
-        "from beacon_mj.mjcf_templates import REPOSITORY\n"
+        "from beacon_mj.mjcf_templates import ROOT\n"
         "import beacon_mj.planners, sys\n"
-        "assert 'venv' in str(REPOSITORY), REPOSITORY\n"
-        "print(len(list(REPOSITORY.rglob('*.xml'))))"
+        "assert 'venv' in str(ROOT), ROOT\n"
+        "print(len(list(ROOT.rglob('*.xml'))))"
     )
     done = subprocess.run(
-        [python, "-c", code], cwd=tmp_path, check=True, capture_output=True, text=True
-    )
+        [python, "-I", "-c", code],
+        cwd=tmp_path, check=True, capture_output=True, text=True,
+    )  # fmt: skip
     assert int(done.stdout) == len(list((REPOSITORY / "mjcf_templates").rglob("*.xml")))
