@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from beacon_mj.scene.checks import check_scene as check_scene
     from beacon_mj.scene.files import load_scene as load_scene
     from beacon_mj.scene_gen.generate import generate_scene as generate_scene
+    from beacon_mj.scene_gen.pymjcf_export import save_obstacle as save_obstacle
     from beacon_mj.world import World as World
 
 _HOME = {
@@ -49,6 +50,7 @@ _HOME = {
     "measure": "beacon_mj.eval.metrics.measure",
     "planner_names": "beacon_mj.planners.registry",
     "run_episode": "beacon_mj.episode.run",
+    "save_obstacle": "beacon_mj.scene_gen.pymjcf_export",
 }
 __all__ = ["__version__", *_HOME]
 

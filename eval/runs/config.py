@@ -18,6 +18,7 @@ from beacon_mj.planners.registry import ALIASES, PAPER, load_planner
 from beacon_mj.scene import Profile, Scene
 from beacon_mj.scene.files import load_scene
 from beacon_mj.scene_gen.family import family_paths, family_sha256, load_family
+from beacon_mj.scene_gen.own_layouts import find_layout
 from beacon_mj.scene_gen.perception import perceive
 
 Logging = Literal["all", "failures", "none"]
@@ -131,7 +132,7 @@ def generated_scenes(
     """
     names = dict.fromkeys(families or family_paths(templates))
     for name in names:
-        load_family(name, templates)
+        find_layout(load_family(name, templates))
     hashes = {name: family_sha256(name, templates) for name in names}
     return hashes, [SceneRef(n, i) for n in names for i in range(episodes)]
 
