@@ -131,7 +131,8 @@ class Observation:
         footprints: Their footprints, in the same order.
         map_version: Grows by one whenever `footprints` changes.
         contacts: Obstacles that touch the bumper now.
-        evidence: Push attempts that ended in the last control step.
+        evidence: Push attempts that ended in the last control step, and what broke
+            out of sight before and is sensed again now.
     """
 
     step: int

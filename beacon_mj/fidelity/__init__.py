@@ -9,10 +9,10 @@ from types import MappingProxyType
 
 from beacon_mj.errors import RunError, unknown
 from beacon_mj.fidelity import corner, energy, friction, impact, mass, pushing, repeat
-from beacon_mj.fidelity.row import Row
+from beacon_mj.fidelity.law import Law
 
 #: The checks by name, in the order of the table.
-CHECKS: Mapping[str, tuple[Callable[[], list[Row]], ...]] = MappingProxyType(
+CHECKS: Mapping[str, tuple[Callable[[], list[Law]], ...]] = MappingProxyType(
     {
         "creep": (friction.creep,),
         "breakaway": (friction.breakaway,),
@@ -36,7 +36,7 @@ CHECKS: Mapping[str, tuple[Callable[[], list[Row]], ...]] = MappingProxyType(
 )
 
 
-def fidelity_rows(checks: Sequence[str] = ()) -> Iterator[Row]:
+def fidelity_rows(checks: Sequence[str] = ()) -> Iterator[Law]:
     """Yield the rows of the named checks as they are measured; all if none is named.
 
     Raises:
@@ -50,7 +50,7 @@ def fidelity_rows(checks: Sequence[str] = ()) -> Iterator[Row]:
             yield from measure()
 
 
-def run_fidelity(checks: Sequence[str] = ()) -> list[Row]:
+def run_fidelity(checks: Sequence[str] = ()) -> list[Law]:
     """Return the rows of the named checks; all if none is named.
 
     Args:
@@ -62,4 +62,4 @@ def run_fidelity(checks: Sequence[str] = ()) -> list[Row]:
     return list(fidelity_rows(checks))
 
 
-__all__ = ["CHECKS", "Row", "fidelity_rows", "run_fidelity"]
+__all__ = ["CHECKS", "Law", "fidelity_rows", "run_fidelity"]

@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from beacon_mj.geometry import Array
+from beacon_mj.geometry import Array, polyline_length
 from beacon_mj.interface import Observation, Task
 from beacon_mj.motion.grid_route import GridRoute
 from beacon_mj.motion.path_tracking import follow, remainder
-from beacon_mj.motion.string_pulling import is_clear, length, shorten
+from beacon_mj.motion.string_pulling import is_clear, shorten
 
 
 class FreeRoute:
@@ -48,7 +48,7 @@ class FreeRoute:
         """Length of what is left of the path [m], infinite if there is none."""
         if self.path is None:
             return float("inf")
-        return length(remainder(self.path, self._progress))
+        return polyline_length(remainder(self.path, self._progress))
 
     def update(self, observation: Observation, *, force: bool = False) -> None:
         """Plan anew if the map has changed, or if forced to."""
@@ -63,7 +63,11 @@ class FreeRoute:
         if path is not None:
             path = shorten(path, footprints, self.inflation_m)
         kept = None if force else self._kept(observation)
-        if path is None or kept is None or length(path) < length(kept) - 0.01:
+        if (
+            path is None
+            or kept is None
+            or polyline_length(path) < polyline_length(kept) - 0.01
+        ):
             self.path, self._progress = path, 0.0
 
     def left(self) -> Array | None:

@@ -53,10 +53,11 @@ MEANS = (
     "plan_ms_p99",
 )
 
-Cell = dict[str, Any]
+#: What stands of one planner in one family, or a part of it, as JSON.
+Entry = dict[str, Any]
 
 
-def summarize(rows: Sequence[Row]) -> Cell:
+def summarize(rows: Sequence[Row]) -> Entry:
     """Return all tables: `tables[planner][family or "overall"]` is a cell.
 
     Args:
@@ -72,13 +73,13 @@ def summarize(rows: Sequence[Row]) -> Cell:
     }
 
 
-def _planner(rows: Sequence[Row]) -> dict[str, Cell]:
+def _planner(rows: Sequence[Row]) -> dict[str, Entry]:
     families = dict.fromkeys(row.family for row in rows)
     cells = {OVERALL: cell(rows)}
     return cells | {f: cell([r for r in rows if r.family == f]) for f in families}
 
 
-def cell(rows: Sequence[Row]) -> Cell:
+def cell(rows: Sequence[Row]) -> Entry:
     """Return the numbers of one planner on one set of scenes."""
     return {
         "n": len(rows),
@@ -89,7 +90,7 @@ def cell(rows: Sequence[Row]) -> Cell:
     }
 
 
-def rate(flags: Sequence[bool]) -> Cell:
+def rate(flags: Sequence[bool]) -> Entry:
     """Return count, n, share, and its Wilson 95 % interval; nulls for no episode."""
     count, n = sum(flags), len(flags)
     if n == 0:
@@ -98,7 +99,7 @@ def rate(flags: Sequence[bool]) -> Cell:
     return {"count": count, "n": n, "rate": count / n, "low": low, "high": high}
 
 
-def means(rows: Sequence[Row]) -> dict[str, Cell]:
+def means(rows: Sequence[Row]) -> dict[str, Entry]:
     """Return each column's mean where it is defined, its n and BCa 95 % interval.
 
     Scenes are resampled, not episodes. Nulls where there is nothing to say.
@@ -119,7 +120,7 @@ def means(rows: Sequence[Row]) -> dict[str, Cell]:
     }
 
 
-def _mean(total: float, n: int, low: float, high: float) -> Cell:
+def _mean(total: float, n: int, low: float, high: float) -> Entry:
     return {
         "mean": total / n if n else None,
         "n": n,

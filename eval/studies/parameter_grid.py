@@ -12,7 +12,8 @@ from beacon_mj.eval.runs.overrides import configure, field_names
 from beacon_mj.planners.registry import load_planner
 
 Grid = Literal["one-at-a-time", "full"]
-Settings = Mapping[str, str]
+#: What some fields of one planner are set to, as text, by field.
+Values = Mapping[str, str]
 
 
 class Swept(NamedTuple):
@@ -79,7 +80,7 @@ def settings_of(lines: Sequence[Swept], grid: Grid) -> list[dict[str, str]]:
     return [{}, *singles]
 
 
-def variant(base: PlannerEntry, settings: Settings) -> PlannerEntry:
+def variant(base: PlannerEntry, settings: Values) -> PlannerEntry:
     """Return a planner with some values changed, under a name that says which."""
     cls = load_planner(base.spec)[1]
     own = {**base.settings, **settings}
@@ -92,7 +93,7 @@ def variant(base: PlannerEntry, settings: Settings) -> PlannerEntry:
     )
 
 
-def variant_name(planner: str, settings: Settings) -> str:
+def variant_name(planner: str, settings: Values) -> str:
     """Return a name such as `beacon[w_e=0.5]`; the default keeps the planner's."""
     inside = ",".join(f"{field}={value}" for field, value in settings.items())
     return f"{planner}[{inside}]" if inside else planner

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from beacon_mj.errors import RunError
-from beacon_mj.eval.studies.parameter_grid import Settings, Swept, swept
+from beacon_mj.eval.studies.parameter_grid import Swept, Values, swept
 from beacon_mj.eval.studies.sweep import Request, Score
 
 JOURNAL = "optuna.journal"
@@ -18,7 +18,7 @@ JOURNAL = "optuna.journal"
 #: the radius, whose largest value no gap of our families lets through.
 RADIUS_M = (0.10, 0.45)
 
-Try = Callable[[int, Settings], Score]
+Try = Callable[[int, Values], Score]
 
 
 def search(

@@ -27,8 +27,8 @@ from beacon_mj.eval.statistics.intervals import Interval, mean_interval
 from beacon_mj.eval.statistics.summary import rate
 from beacon_mj.eval.studies.parameter_grid import (
     Grid,
-    Settings,
     Swept,
+    Values,
     variant,
     variant_name,
 )
@@ -104,7 +104,7 @@ def base_entry(request: Request) -> PlannerEntry:
 
 
 def select_config(
-    request: Request, settings: Sequence[Settings]
+    request: Request, settings: Sequence[Values]
 ) -> tuple[RunConfig, list[SceneRef]]:
     """Return the run of some configurations on the selection split."""
     base = base_entry(request)
@@ -112,7 +112,7 @@ def select_config(
     return _config(request, entries, request.select_seed)
 
 
-def report_config(request: Request, best: Settings) -> tuple[RunConfig, list[SceneRef]]:
+def report_config(request: Request, best: Values) -> tuple[RunConfig, list[SceneRef]]:
     """Return the run of default, best, and the others on the report split."""
     base = base_entry(request)
     own = {variant_name(base.name, s): variant(base, s) for s in ({}, best)}
@@ -133,7 +133,7 @@ def _config(
     )
 
 
-def score(rows: Sequence[Row], settings: Settings) -> Score:
+def score(rows: Sequence[Row], settings: Values) -> Score:
     """Return how one configuration did.
 
     Args:
@@ -157,7 +157,7 @@ def span(interval: Interval) -> Span:
 
 
 def scores(
-    rows: Sequence[Row], planner: str, settings: Sequence[Settings]
+    rows: Sequence[Row], planner: str, settings: Sequence[Values]
 ) -> list[Score]:
     """Return how each configuration did, in the order of `settings`."""
     of: dict[str, list[Row]] = {}

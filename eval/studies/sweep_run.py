@@ -13,7 +13,7 @@ from beacon_mj.eval.statistics.intervals import mcnemar, paired_interval
 from beacon_mj.eval.statistics.summary import summarize
 from beacon_mj.eval.studies import sweep as stages
 from beacon_mj.eval.studies.parameter_grid import (
-    Settings,
+    Values,
     settings_of,
     swept,
     variant_name,
@@ -150,7 +150,7 @@ def _write(path: Path, value: Request | Result) -> None:
 def _select(
     request: Request,
     path: Path,
-    settings: Sequence[Settings],
+    settings: Sequence[Values],
     workers: int,
     stage: Stage,
 ) -> list[Score]:
@@ -172,7 +172,7 @@ def _search(
     """Let optuna try configurations beyond the grid."""
     from beacon_mj.eval.studies.search import search
 
-    def tried(number: int, settings: Settings) -> Score:
+    def tried(number: int, settings: Values) -> Score:
         path = out / "trials" / f"{number:04d}"
         return _select(request, path, [settings], workers, stage)[0]
 
@@ -180,7 +180,7 @@ def _search(
 
 
 def _report(
-    request: Request, path: Path, best: Settings, workers: int, stage: Stage
+    request: Request, path: Path, best: Values, workers: int, stage: Stage
 ) -> list[Row]:
     config, refs = stages.report_config(request, best)
     with stage(path.name, len(config.planners) * len(refs)) as update:

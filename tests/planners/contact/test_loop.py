@@ -49,9 +49,8 @@ def test_every_decision_has_both_costs_and_a_reason() -> None:
 
 def test_beacon_believes_what_it_pushed() -> None:
     trace = crossing(Beacon(), "collision-required")
-    scene = trace.scene
     moved = {
-        scene.obstacles[a.obstacle].id
+        a.obstacle
         for s in trace.steps
         for a in s.outcome.attempts
         if a.evidence == "moved"
