@@ -62,6 +62,16 @@ class PushController:
         }.get(self.phase)
         return np.zeros(2) if step is None else step(observation)
 
+    @property
+    def ended(self) -> bool:
+        """Whether there is nothing left to do."""
+        return self.phase in ("done", "failed")
+
+    def stop(self, reason: str) -> None:
+        """End here: a push that has begun is done, one that has not failed."""
+        self.phase = "done" if self.phase == "push" else "failed"
+        self.reason = reason
+
     def abort(self, reason: str) -> None:
         """Stop pushing and back off."""
         self.phase, self.reason, self._retreat = "back_off", reason, 5
