@@ -24,11 +24,11 @@ class Likelihoods:
     ones are light, and some break when pushed. For each class the three sum to one.
     """
 
-    #: P(it gives way | c) for safe, movable, fragile.
+    #: Probability that a safe, movable, fragile one gives way.
     moved: Probabilities = (0.03, 0.90, 0.75)
-    #: P(it does not give way | c).
+    #: The same that it does not.
     not_moved: Probabilities = (0.965, 0.095, 0.05)
-    #: P(it breaks | c).
+    #: The same that it breaks.
     broken: Probabilities = (0.005, 0.005, 0.20)
 
     def __post_init__(self) -> None:
