@@ -11,7 +11,7 @@ class Search(Protocol):
 
     @property
     def expansions(self) -> int:
-        """Vertices expanded since it was built; never falls."""
+        """Vertices expanded so far; never falls while it is watched."""
 
 
 class ExpansionCount:

@@ -1,6 +1,6 @@
 """What the loop remembers of its own pushes: who withstood, who was just moved."""
 
-from beacon_mj.interface import Observation, SensedObstacle
+from beacon_mj.interface import Observation, PushEvidence, SensedObstacle
 
 _MAX_FAILURES = 2  #: Failed pushes of one obstacle before it counts as immovable.
 _COOLDOWN_S = 3.0  #: Time for which an obstacle just pushed aside is left alone [s].
@@ -14,9 +14,10 @@ class Attempts:
         self._failures: dict[str, int] = {}
         self._rests_until_s: dict[str, float] = {}
 
-    def withstood(self, obstacle_id: str) -> None:
-        """Note that an obstacle did not move under all the force there is."""
-        self._failures[obstacle_id] = _MAX_FAILURES
+    def learn(self, evidence: PushEvidence) -> None:
+        """Note what did not move under all the force there is."""
+        if evidence.evidence == "not_moved":
+            self._failures[evidence.id] = _MAX_FAILURES
 
     def ended(
         self, obstacle_id: str, observation: Observation, *, failed: bool

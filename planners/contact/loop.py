@@ -27,7 +27,6 @@ _MARGIN_M = 0.01  #: Room kept on the way round [m].
 _TIGHT_CELL_M = 0.025  #: Grid of the way round where there is no other way [m].
 _TIGHT_MARGIN_M = 0.005  #: Room kept there [m].
 _FIRST_M = 0.03  #: Least travel of a push before it may end because the way is clear.
-_ACTIONS: dict[str, Action] = {"push": "push", "back_off": "back_off"}
 
 
 class ContactPlanner(Planner[C]):
@@ -97,11 +96,9 @@ class ContactPlanner(Planner[C]):
         for evidence in observation.evidence:
             if self.policy.learn(evidence):
                 self._stale = True
-            if evidence.evidence == "not_moved":
-                self._attempts.withstood(evidence.id)
-                controller = self._controller
-                if controller is not None and controller.plan.id == evidence.id:
-                    controller.abort("it did not move")
+            self._attempts.learn(evidence)
+            if self._controller is not None:
+                self._controller.learn(evidence)
 
     def _carry_out(self, observation: Observation) -> Command | None:
         """Go on with a push; None if there is none, or it is over."""
@@ -113,11 +110,8 @@ class ContactPlanner(Planner[C]):
         velocity = controller.act(observation)
         name = controller.plan.id
         if not controller.ended:
-            info = PlannerInfo(
-                action=_ACTIONS.get(controller.phase, "approach"),
-                reason=controller.reason or self._reason,
-                target=name,
-            )
+            reason = controller.reason or self._reason
+            info = PlannerInfo(action=controller.action, reason=reason, target=name)
             return Command(velocity_mps=velocity, info=info)
         failed = controller.phase == "failed"
         self._attempts.ended(name, observation, failed=failed)
@@ -199,8 +193,7 @@ class ContactPlanner(Planner[C]):
         """
         while costs:
             self._map.plan(observation, costs)
-            crossing = self._map.crossing(observation, costs)
-            if crossing is None:
+            if (crossing := self._map.crossing(observation, costs)) is None:
                 return
             if plans := self._pushes(observation, crossing, wide=wide):
                 yield plans
@@ -210,12 +203,11 @@ class ContactPlanner(Planner[C]):
         self, observation: Observation, *, last_resort: bool
     ) -> dict[int, float]:
         """Return the crossing costs of all obstacles that may be pushed now."""
-        costs = {}
+        costs, blocked = {}, self._free.path is None
         for i, obstacle in enumerate(observation.obstacles):
             if self._attempts.immovable(obstacle):
                 continue
-            resting = self._attempts.resting(obstacle, observation)
-            if resting and self._free.path is not None:
+            if self._attempts.resting(obstacle, observation) and not blocked:
                 continue
             cost = self.policy.crossing_cost(obstacle, last_resort=last_resort)
             if cost is not None:

@@ -125,5 +125,5 @@ class PushPolicy(ABC, Generic[C]):
 
     @property
     def expansions(self) -> int:
-        """Vertices expanded by searches of the policy's own since it was built."""
+        """Grid vertices expanded by searches of the policy's own since `reset`."""
         return 0
