@@ -21,6 +21,11 @@ if TYPE_CHECKING:
     from beacon_mj.interface import SensedObstacle as SensedObstacle
     from beacon_mj.interface import Task as Task
     from beacon_mj.planners.base import Planner as Planner
+    from beacon_mj.planners.contact.candidates import PushPlan as PushPlan
+    from beacon_mj.planners.contact.decision import Decision as Decision
+    from beacon_mj.planners.contact.limits import PushLimits as PushLimits
+    from beacon_mj.planners.contact.loop import ContactPlanner as ContactPlanner
+    from beacon_mj.planners.contact.policy import PushPolicy as PushPolicy
     from beacon_mj.planners.registry import load_planner as load_planner
     from beacon_mj.planners.registry import planner_names as planner_names
     from beacon_mj.scene import Scene as Scene
@@ -33,10 +38,15 @@ if TYPE_CHECKING:
 _HOME = {
     "BeaconError": "beacon_mj.errors",
     "Command": "beacon_mj.interface",
+    "ContactPlanner": "beacon_mj.planners.contact.loop",
+    "Decision": "beacon_mj.planners.contact.decision",
     "Observation": "beacon_mj.interface",
     "Planner": "beacon_mj.planners.base",
     "Protocol": "beacon_mj.episode.protocol",
     "PlannerInfo": "beacon_mj.interface",
+    "PushLimits": "beacon_mj.planners.contact.limits",
+    "PushPlan": "beacon_mj.planners.contact.candidates",
+    "PushPolicy": "beacon_mj.planners.contact.policy",
     "Scene": "beacon_mj.scene",
     "SensedObstacle": "beacon_mj.interface",
     "Task": "beacon_mj.interface",

@@ -3,10 +3,12 @@
 import inspect
 
 from rich.box import SIMPLE_HEAD
+from rich.markup import escape
 from rich.table import Table
 
 from beacon_mj.cli.tables import console
 from beacon_mj.errors import PlannerError
+from beacon_mj.eval.runs.overrides import flat
 from beacon_mj.planners.base import Planner
 from beacon_mj.planners.registry import ALIASES, load_planner, planner_names
 
@@ -40,17 +42,22 @@ def _all() -> None:
 def _one(name: str, cls: type[Planner]) -> None:
     screen = console()
     screen.print(inspect.getdoc(cls) or "", markup=False)
-    notes = _notes(cls.Config)
-    table = Table("field", "default", "", box=SIMPLE_HEAD)
-    for field, default in vars_of(cls.Config()).items():
-        table.add_row(f"{name}.{field}", str(default), notes.get(field, ""))
+    config = cls.Config()
+    notes = _notes(config)
+    table = Table(box=SIMPLE_HEAD)
+    for heading in ("field", "default", ""):
+        table.add_column(heading, overflow="fold")
+    for field, default in flat(config).items():
+        cells = f"{name}.{field}", _settable(default), notes.get(field, "")
+        table.add_row(*map(escape, cells))
     screen.print(table)
 
 
-def vars_of(config: object) -> dict[str, object]:
-    """Return the fields of a configuration with their values."""
-    fields = getattr(config, "__dataclass_fields__", ())
-    return {name: getattr(config, name) for name in fields}
+def _settable(value: object) -> str:
+    """Return a value as --set takes it."""
+    if isinstance(value, tuple | list | frozenset | set):
+        return f"[{','.join(str(each) for each in value)}]"
+    return str(value).lower() if isinstance(value, bool) else str(value)
 
 
 def _headline(cls: type[Planner]) -> str:
@@ -59,8 +66,17 @@ def _headline(cls: type[Planner]) -> str:
     return text.partition("\n")[0]
 
 
-def _notes(config: type[object]) -> dict[str, str]:
-    """Return the `#:` comments that stand above the fields of a class."""
+def _notes(config: object) -> dict[str, str]:
+    """Return the `#:` comments above the fields of a configuration, by dotted name."""
+    notes = _comments(type(config))
+    for name in getattr(config, "__dataclass_fields__", ()):
+        inner = _notes(getattr(config, name))
+        notes |= {f"{name}.{field}": note for field, note in inner.items()}
+    return notes
+
+
+def _comments(config: type) -> dict[str, str]:
+    """Return the `#:` comments above the fields of a class."""
     try:
         lines = [line.strip() for line in inspect.getsource(config).splitlines()]
     except (OSError, TypeError):

@@ -1,8 +1,9 @@
 """What the parts of a planner are worth: switched off one at a time, scene by scene.
 
-A *switch* is a field of the planner's configuration that is true by default. In every
-*situation* (what is perceived, and how far) the whole planner crosses the scenes, and
-each variant with one switch off. Costs are paired by scene within the situation:
+A *switch* is a field of the planner's configuration, or of one that it holds, that is
+true by default. In every *situation* (what is perceived, and how far) the whole planner
+crosses the scenes, and each variant with one switch off. Costs are paired by scene
+within the situation:
 
     effect = c(variant) - c(whole planner)
 
@@ -26,6 +27,7 @@ from beacon_mj.eval.runs.experiment import (
     run_stage,
     single_planner,
 )
+from beacon_mj.eval.runs.overrides import configure, flat
 from beacon_mj.eval.statistics.intervals import (
     Interval,
     mean_interval,
@@ -64,7 +66,7 @@ class Effect(msgspec.Struct, frozen=True, kw_only=True):
     Attributes:
         family: The family, or `overall`.
         situation: A key of `SITUATIONS`.
-        variant: What is switched off, such as `update_belief`; empty for nothing.
+        variant: What is switched off, such as `predict_cascades`; empty for nothing.
         scenes: Scenes crossed.
         success: Episodes that reached the goal.
         clean: Those of them in which nothing broke.
@@ -84,14 +86,17 @@ class Effect(msgspec.Struct, frozen=True, kw_only=True):
 
 
 def switches(spec: str) -> tuple[str, ...]:
-    """Return the fields of a planner's configuration that are true by default.
+    """Return the dotted fields of a planner's configuration that are true by default.
 
     Raises:
         PlannerError: If there is no such planner.
     """
-    config = load_planner(spec)[1].Config()
-    names = getattr(config, "__dataclass_fields__", {})
-    return tuple(name for name in names if getattr(config, name) is True)
+    return _true(load_planner(spec)[1].Config())
+
+
+def _true(config: object) -> tuple[str, ...]:
+    """Return the dotted fields that are true."""
+    return tuple(name for name, value in flat(config).items() if value is True)
 
 
 def ablation_runs(
@@ -121,7 +126,9 @@ def ablation_runs(
 
 
 def _variants(whole: PlannerEntry) -> tuple[PlannerEntry, ...]:
-    off = [s for s in switches(whole.spec) if whole.config[s]]
+    cls = load_planner(whole.spec)[1]
+    on = _true(configure(cls, whole.settings, whole.name))
+    off = [switch for switch in switches(whole.spec) if switch in on]
     return (whole, *(variant(whole, {switch: "false"}) for switch in off))
 
 

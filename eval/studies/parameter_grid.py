@@ -8,7 +8,7 @@ import msgspec
 
 from beacon_mj.errors import RunError
 from beacon_mj.eval.runs.config import PlannerEntry
-from beacon_mj.eval.runs.overrides import configure, field_names
+from beacon_mj.eval.runs.overrides import configure, flat
 from beacon_mj.planners.registry import load_planner
 
 Grid = Literal["one-at-a-time", "full"]
@@ -20,7 +20,7 @@ class Swept(NamedTuple):
     """One line of Table I.
 
     Attributes:
-        field: Field of the planner's configuration.
+        field: Dotted field of the planner's configuration.
         default: The paper's default.
         values: All values, the default among them.
     """
@@ -34,7 +34,7 @@ class Swept(NamedTuple):
 #: default of 0 stands for.
 TABLE_I = (
     Swept("robot_radius_m", "0.12", ("0.12", "0.45")),
-    Swept("w_e", "1.0", ("0.5", "1.0", "1.5")),
+    Swept("weights.w_e", "1.0", ("0.5", "1.0", "1.5")),
     Swept("lambda_occ", "5.0", ("2.5", "5.0", "7.5")),
     Swept("lambda_sem", "2.5", ("1.5", "2.5", "3.5")),
     Swept("push_bias", "0.35", ("0.20", "0.35", "0.50")),
@@ -50,7 +50,7 @@ def swept(spec: str) -> tuple[Swept, ...]:
         PlannerError: If there is no such planner.
     """
     name, cls = load_planner(spec)
-    known = field_names(cls.Config)
+    known = flat(cls.Config())
     found = tuple(line for line in TABLE_I if line.field in known)
     if not found:
         raise RunError(
@@ -94,7 +94,7 @@ def variant(base: PlannerEntry, settings: Values) -> PlannerEntry:
 
 
 def variant_name(planner: str, settings: Values) -> str:
-    """Return a name such as `beacon[w_e=0.5]`; the default keeps the planner's."""
+    """Return a name such as `beacon[push_bias=0.5]`; a default keeps the planner's."""
     inside = ",".join(f"{field}={value}" for field, value in settings.items())
     return f"{planner}[{inside}]" if inside else planner
 
