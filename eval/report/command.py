@@ -19,14 +19,14 @@ def command_of(config: RunConfig) -> str:
     for text in (*_settings({e.name: e.settings for e in config.planners}),
                  *_protocol(config.protocol)):  # fmt: skip
         words += ["--set", text]
-    if config.scenes is None:
+    if config.scene_dir is None:
         for family in config.families:
             words += ["--family", family]
     for option, value in (
-        ("--episodes", config.episodes),
+        ("--scenes-per-family", config.scenes_per_family),
         ("--seed", config.seed),
         ("--perception", config.perception),
-        ("--scenes", config.scenes),
+        ("--scene-dir", config.scene_dir),
         ("--templates", config.templates),
     ):
         if value is not None:

@@ -9,7 +9,7 @@ import pytest
 
 from beacon_mj.episode.conformance import check_planner
 from beacon_mj.errors import PlannerError, RunError
-from beacon_mj.eval.runs.config import planner_entries
+from beacon_mj.eval.runs.lineup import planner_entries
 from beacon_mj.eval.runs.overrides import configure, parse_settings
 from beacon_mj.interface import Command, Observation, PlannerInfo
 from beacon_mj.planners import registry

@@ -29,7 +29,7 @@ from tests.recording.samples import record
 def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A small run with its logs."""
     out = tmp_path_factory.mktemp("runs") / "run"
-    options = "--planner bug1 --planner beacon --family sparse --episodes 2 --workers 1"
+    options = "--planner bug1 --planner beacon --family sparse -n 2 --workers 1"
     limit = ["--set", "protocol.max_steps=25", "--out", str(out)]
     assert cli.run(["eval", *options.split(), *limit]) == 0
     return out
