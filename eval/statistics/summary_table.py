@@ -91,7 +91,7 @@ def _outcomes(tables: dict[str, Any]) -> Table:
 
 
 def _label(planner: str) -> str:
-    """Return a planner's name; the settings of a variant stand on lines of their own."""
+    """Return a planner's name, with the settings of a variant on their own lines."""
     name, bracket, settings = planner.partition("[")
     lines = settings.removesuffix("]").replace("protocol.", "").split(",")
     return "\n ".join([name, *lines]) if bracket else planner

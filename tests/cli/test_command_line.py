@@ -65,10 +65,13 @@ def evaluated(*arguments: str) -> int:
         ("eval", "--planner: expected a planner"),
         ("eval --planner beacno", "'beacno'. Did you mean 'beacon'"),
         ("eval --planner bug1 --family clutered", "Did you mean 'cluttered'"),
-        ("eval --planner bug1 --episodez 3", "Did you mean --scenes-per-family"),
+        (
+            "eval --planner bug1 --scenes-per-famly 3",
+            "Did you mean --scenes-per-family",
+        ),
         ("eval --planner bug1 -n -3", "Must be >= 1"),
         ("eval --planner bug1 -n 0", "Must be >= 1"),
-        ("eval --planner bug1 -n 1.5", "--scenes-per-family: expected a whole number"),
+        ("eval --planner bug1 -n 1.5", "-n: expected a whole number"),
         ("eval --planner bug1 --seed 1e3", "--seed: expected a whole number"),
         ("eval --planner bug1 --seed -1", "Must be >= 0"),
         ("eval --planner bug1 --workers 0", "Must be >= 1"),
@@ -108,6 +111,20 @@ def evaluated(*arguments: str) -> int:
         ("families --templates nowhere", "nowhere: expected a folder"),
         ("replay nowhere.mcap --metrics", "nowhere.mcap: cannot read"),
         ("replay nowhere.mcap", "expected what to do with it"),
+        ("verify nowhere.mcap", "nowhere.mcap: cannot read"),
+        ("verify", "PATH"),
+        ("eval --planner bug1 --episodes 3", "--episodes was renamed: use --scenes-"),
+        ("generate --out x --episodes=3", "--episodes was renamed: use --scenes-per"),
+        ("eval --planner bug1 --scenes x", "--scenes was renamed: use --scene-dir"),
+        ("replay runs/x --verify", "--verify was renamed: use beacon-mj verify PATH"),
+        ("eval --planner bug1 --vary bug1.x=1,2", "field of bug1 'x'"),
+        ("eval --planner bug1 --vary bug2.x=1,2", "target 'bug2'"),
+        ("eval --planner bug1 --vary protocol.max_steps=9,9", "values that differ"),
+        ("eval --planner bug1 --vary protocol.max_steps", "values that differ"),
+        ("eval --planner bug1 --vary protocol.max_steps=9,0", "max_steps"),
+        ("eval --planner bug1 --vary protocol.x=1,2", "field of protocol 'x'"),
+        ("eval --planner bug1 --set protocol.max_steps=9 oops", "--set oops: expected"),
+        ("eval --resume --out x --vary a.b=1,2", "--vary: expected no other options"),
         ("fidelity crep", "Did you mean 'creep'"),
     ],
 )
@@ -183,7 +200,7 @@ def test_json_is_all_that_stdout_gets(capsys: pytest.CaptureFixture[str]) -> Non
 
 def test_options_from_a_file(capsys: pytest.CaptureFixture[str]) -> None:
     Path("beacon.toml").write_text(
-        '[eval]\nplanner = ["push-through"]\nfamily = ["sparse"]\nepisodes = 2\n'
+        '[eval]\nplanner = ["push-through"]\nfamily = ["sparse"]\nscenes_per_family = 2\n'
         'set = ["protocol.max_steps=5"]\nworkers = 1\nlog = "none"\n'
     )
     assert cli.run(["eval", "--out", "run", "-n", "1"]) == 0
@@ -191,6 +208,10 @@ def test_options_from_a_file(capsys: pytest.CaptureFixture[str]) -> None:
     assert [(r.planner, r.scene_index, r.steps) for r in rows] == [
         ("push-through", 0, 5)
     ]
+    Path("beacon.toml").write_text("[eval]\nepisodes = 3\n")
+    capsys.readouterr()
+    message = refused(capsys, ["eval", "--planner", "bug1"])
+    assert "--episodes was renamed: use --scenes-per-family" in message
     Path("beacon.toml").write_text("[eval]\nplaner = 3\n")
     capsys.readouterr()
     assert "planer" in refused(capsys, ["eval", "--planner", "bug1"])
@@ -215,11 +236,12 @@ def test_a_log_proves_its_row(capsys: pytest.CaptureFixture[str]) -> None:
     [log] = Path("run").rglob("*.mcap")
     [row] = load_rows(Path("run"))
     capsys.readouterr()
-    assert cli.run(["replay", str(log), "--metrics", "--json", "--verify"]) == 0
+    assert cli.run(["replay", str(log), "--metrics", "--json"]) == 0
     out, _ = capsys.readouterr()
-    measured = msgspec.json.decode(out[: out.rindex("}") + 1], type=type(row))
+    measured = msgspec.json.decode(out, type=type(row))
     assert timeless([measured]) == timeless([row])
-    assert "verified, 20 steps" in out
+    assert cli.run(["verify", str(log)]) == 0
+    assert "verified, 20 steps" in capsys.readouterr().out
 
 
 def test_generate_writes_scenes_and_worlds(capsys: pytest.CaptureFixture[str]) -> None:
