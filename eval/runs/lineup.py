@@ -29,6 +29,7 @@ from beacon_mj.planners.registry import ALIASES, PAPER, load_planner, planner_na
 #: A planner: its name, `file.py:Class`, or its class; or a pair of that and either an
 #: instance of its `Config` or a mapping of values.
 PlannerChoice = str | type[Planner] | tuple[str | type[Planner], object]
+CACHE = "__msgspec_cache__"  #: What msgspec leaves in a dataclass that it converts.
 PYTHON = "python:"  #: Begins the spec of a class that was handed over in Python.
 
 
@@ -123,6 +124,8 @@ def line_up(
         for each in [loaded[entry.base]]
         if each.config is not None or each.spec.startswith(PYTHON)
     }
+    for name in handed:
+        _make_portable(loaded[name.partition("[")[0]].cls.Config)
     return Lineup(tuple(entries), base, handed)
 
 
@@ -215,6 +218,19 @@ def _entry(each: _Loaded, parsed: Settings) -> PlannerEntry:
     config = each.config
     if config is None:
         config = configure(each.cls, own, each.name)
-    return PlannerEntry(
-        name=each.name, spec=each.spec, settings=own, config=built_ins(config)
-    )
+    stored = built_ins(config)
+    return PlannerEntry(name=each.name, spec=each.spec, settings=own, config=stored)
+
+
+def _make_portable(config: type[Any]) -> None:
+    """Take msgspec's cache off a configuration class, which could not be sent on.
+
+    A class of a script or a notebook goes to a worker with all its attributes.
+    """
+    for cls in config.__mro__:
+        if CACHE in vars(cls):
+            delattr(cls, CACHE)
+    for each in getattr(config, "__dataclass_fields__", {}).values():
+        for nested in (type(each.default), each.default_factory):
+            if isinstance(nested, type) and dataclasses.is_dataclass(nested):
+                _make_portable(nested)
