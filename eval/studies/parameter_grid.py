@@ -6,14 +6,16 @@ from typing import Literal, NamedTuple
 
 import msgspec
 
+from beacon_mj.episode.protocol import Protocol
 from beacon_mj.errors import RunError
 from beacon_mj.eval.runs.config import PlannerEntry
-from beacon_mj.eval.runs.overrides import configure, flat
+from beacon_mj.eval.runs.overrides import flat
+from beacon_mj.eval.runs.variants import PROTOCOL, setting_of, text_of, variant
 from beacon_mj.planners.registry import load_planner
 
 Grid = Literal["one-at-a-time", "full"]
 #: What some fields of one planner are set to, as text, by field.
-Values = Mapping[str, str]
+Changes = Mapping[str, str]
 
 
 class Swept(NamedTuple):
@@ -60,6 +62,39 @@ def swept(spec: str) -> tuple[Swept, ...]:
     return found
 
 
+def varied_line(
+    base: PlannerEntry,
+    protocol: Protocol,
+    target: str,
+    field: str,
+    values: Sequence[str],
+) -> Swept:
+    """Return the line of a field that the user sweeps; what it is now is the default.
+
+    Args:
+        base: The planner.
+        protocol: The run's.
+        target: The planner's name, or `protocol`.
+        field: The field.
+        values: As given; the default is added if it is not among them.
+
+    Raises:
+        BeaconError: If the field or a value is no good.
+    """
+    name = f"protocol.{field}" if target == PROTOCOL else field
+    whole = msgspec.structs.replace(base, protocol=protocol)
+    changed = {value: variant(whole, {name: value}, protocol) for value in values}
+    same = [
+        value
+        for value, entry in changed.items()
+        if (entry.config, entry.protocol) == (base.config, protocol)
+    ]
+    if same:
+        return Swept(name, same[0], tuple(values))
+    now = setting_of(whole, name, protocol)
+    return Swept(name, text_of(now), (text_of(now), *values))
+
+
 def settings_of(lines: Sequence[Swept], grid: Grid) -> list[dict[str, str]]:
     """Return what each configuration of a grid changes; the default comes first.
 
@@ -78,25 +113,6 @@ def settings_of(lines: Sequence[Swept], grid: Grid) -> list[dict[str, str]]:
         if value != line.default
     ]
     return [{}, *singles]
-
-
-def variant(base: PlannerEntry, settings: Values) -> PlannerEntry:
-    """Return a planner with some values changed, under a name that says which."""
-    cls = load_planner(base.spec)[1]
-    own = {**base.settings, **settings}
-    config = msgspec.to_builtins(configure(cls, own, base.name))
-    return PlannerEntry(
-        name=variant_name(base.name, settings),
-        spec=base.spec,
-        settings=own,
-        config=config,
-    )
-
-
-def variant_name(planner: str, settings: Values) -> str:
-    """Return a name such as `beacon[push_bias=0.5]`; a default keeps the planner's."""
-    inside = ",".join(f"{field}={value}" for field, value in settings.items())
-    return f"{planner}[{inside}]" if inside else planner
 
 
 def _default_first(line: Swept) -> tuple[str, ...]:

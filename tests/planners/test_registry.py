@@ -13,6 +13,7 @@ from beacon_mj.episode.conformance import check_planner
 from beacon_mj.errors import PlannerError, RunError
 from beacon_mj.eval.runs.config import planner_entries
 from beacon_mj.eval.runs.experiment import experiment
+from beacon_mj.eval.runs.lineup import planner_entries
 from beacon_mj.eval.runs.overrides import configure, parse_settings
 from beacon_mj.eval.runs.runner import plan, run_jobs
 from beacon_mj.interface import Command, Observation, PlannerInfo

@@ -53,7 +53,9 @@ def test_the_switches_of_beacon_are_the_papers_parts() -> None:
 
 
 def test_a_run_for_each_situation_with_every_variant() -> None:
-    runs, refs = ablation_runs("beacon", episodes=3, families=["sparse"], seed=7)
+    runs, refs = ablation_runs(
+        "beacon", scenes_per_family=3, families=["sparse"], seed=7
+    )
     assert [*runs] == [*SITUATIONS]
     assert len(refs) == 3
     for config in runs.values():
@@ -71,7 +73,9 @@ def test_a_run_for_each_situation_with_every_variant() -> None:
 
 
 def test_what_the_user_switched_off_stays_off() -> None:
-    runs, _ = ablation_runs("beacon", ["beacon.belief.update_belief=false"], episodes=1)
+    runs, _ = ablation_runs(
+        "beacon", ["beacon.belief.update_belief=false"], scenes_per_family=1
+    )
     whole, *variants = runs["noisy"].planners
     assert value(whole, "belief.update_belief") is False
     assert len(variants) == len(SWITCHES) - 1
@@ -79,7 +83,7 @@ def test_what_the_user_switched_off_stays_off() -> None:
 
 
 def test_effects_are_paired_differences_to_the_whole_planner() -> None:
-    entries = ablation_runs("beacon", episodes=1)[0]["noisy"].planners[:2]
+    entries = ablation_runs("beacon", scenes_per_family=1)[0]["noisy"].planners[:2]
     names = [entry.name for entry in entries]
     rows = [row(names[0], i, 100 + 50 * i) for i in range(3)]
     rows += [row(names[1], i, 107 + 50 * i, clean=i > 0) for i in range(3)]
@@ -107,7 +111,7 @@ def test_the_command_runs_resumes_and_prints(
 ) -> None:
     out = tmp_path / "ablation"
     command = ["ablate", "--planner", "beacon-voi", "--family", "sparse",
-               "--episodes", "1", "--workers", "1", "--out", str(out)]  # fmt: skip
+               "-n", "1", "--workers", "1", "--out", str(out)]  # fmt: skip
     assert run([*command, "--json"]) == 0
     effects = json.loads(capfd.readouterr().out)
     assert {e["situation"] for e in effects} == {*SITUATIONS}

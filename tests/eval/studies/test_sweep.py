@@ -12,14 +12,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from beacon_mj import cli
+from beacon_mj.episode.protocol import Protocol
 from beacon_mj.errors import BeaconError, RunError
 from beacon_mj.eval.runs.run_folder import load_config, load_rows
+from beacon_mj.eval.runs.variants import variant
 from beacon_mj.eval.statistics.summary import rate
 from beacon_mj.eval.studies import search
-from beacon_mj.eval.studies.parameter_grid import TABLE_I, settings_of, swept, variant
+from beacon_mj.eval.studies.parameter_grid import TABLE_I, settings_of, swept
 from beacon_mj.eval.studies.sweep import (
-    Request,
     Score,
+    SweepRequest,
     base_entry,
     best,
     best_alone,
@@ -31,11 +33,11 @@ from beacon_mj.eval.studies.sweep_run import Result, run_sweep
 from beacon_mj.planners.beacon import BeaconConfig
 from beacon_mj.scene import Robot
 
-TINY = Request(
+TINY = SweepRequest(
     planner="beacon",
     settings=("protocol.max_steps=12",),
     families=("sparse",),
-    episodes=1,
+    scenes_per_family=1,
     against=("push-through",),
 )
 
@@ -55,7 +57,7 @@ def silent(name: str, total: int) -> Iterator[object]:
     yield lambda rows: None
 
 
-def run(request: Request, out: Path) -> Result:
+def run(request: SweepRequest, out: Path) -> Result:
     return run_sweep(request, out, 1, silent)  # type: ignore[arg-type]
 
 
@@ -87,12 +89,12 @@ def test_a_variant_is_the_planner_with_other_values() -> None:
     base = base_entry(
         msgspec.structs.replace(TINY, settings=("beacon.weights.w_t=0.7",))
     )
-    found = variant(base, {"weights.w_e": "0.5", "push_bias": "0.20"})
+    found = variant(base, {"weights.w_e": "0.5", "push_bias": "0.20"}, Protocol())
     assert found.name == "beacon[weights.w_e=0.5,push_bias=0.20]"
     assert found.config["weights"]["w_e"] == 0.5
     assert found.config["push_bias"] == 0.2
     assert found.config["weights"]["w_t"] == 0.7
-    assert variant(base, {}).config == base.config
+    assert variant(base, {}, Protocol()).config == base.config
 
 
 def test_a_planner_without_the_parameters_is_refused() -> None:
@@ -105,7 +107,7 @@ def test_a_planner_without_the_parameters_is_refused() -> None:
 @pytest.mark.parametrize(("select", "seed"), [(0, 5), (999, 0), (1000, 1000)])
 def test_splits_are_kept_apart(select: int, seed: int) -> None:
     with pytest.raises(RunError, match="--select-seed: expected 1000 or more"):
-        Request(planner="beacon", select_seed=select, seed=seed)
+        SweepRequest(planner="beacon", select_seed=select, seed=seed)
 
 
 def test_the_splits_differ_in_the_seed_alone() -> None:
@@ -192,7 +194,7 @@ def test_a_sweep_that_was_cut_off_goes_on(tmp_path: Path) -> None:
     (tmp_path / "cut/report/episodes.jsonl").write_bytes(b"")
     (tmp_path / "cut/sweep.json").unlink()
     assert timeless(run(TINY, tmp_path / "cut")) == timeless(whole)
-    other = msgspec.structs.replace(TINY, episodes=2)
+    other = msgspec.structs.replace(TINY, scenes_per_family=2)
     with pytest.raises(RunError, match="cut: expected the options that the sweep"):
         run(other, tmp_path / "cut")
     (tmp_path / "mine").mkdir()
@@ -230,7 +232,7 @@ def test_optuna_goes_on_where_it_stopped(tmp_path: Path) -> None:
 def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = str(tmp_path / "s")
     arguments = [
-        "sweep", "--planner", "beacon", "--family", "sparse", "--episodes", "1",
+        "sweep", "--planner", "beacon", "--family", "sparse", "-n", "1",
         "--workers", "1", "--set", "protocol.max_steps=12", "--out", out,
     ]  # fmt: skip
     assert cli.run(arguments) == 0
