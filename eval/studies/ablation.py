@@ -27,7 +27,7 @@ from beacon_mj.eval.runs.experiment import (
     run_stage,
     single_planner,
 )
-from beacon_mj.eval.runs.overrides import configure, flat
+from beacon_mj.eval.runs.overrides import dotted, flat
 from beacon_mj.eval.statistics.intervals import (
     Interval,
     mean_interval,
@@ -91,12 +91,8 @@ def switches(spec: str) -> tuple[str, ...]:
     Raises:
         PlannerError: If there is no such planner.
     """
-    return _true(load_planner(spec)[1].Config())
-
-
-def _true(config: object) -> tuple[str, ...]:
-    """Return the dotted fields that are true."""
-    return tuple(name for name, value in flat(config).items() if value is True)
+    values = flat(load_planner(spec)[1].Config())
+    return tuple(name for name, value in values.items() if value is True)
 
 
 def ablation_runs(
@@ -126,9 +122,8 @@ def ablation_runs(
 
 
 def _variants(whole: PlannerEntry) -> tuple[PlannerEntry, ...]:
-    cls = load_planner(whole.spec)[1]
-    on = _true(configure(cls, whole.settings, whole.name))
-    off = [switch for switch in switches(whole.spec) if switch in on]
+    values = dotted(whole.config)
+    off = [switch for switch in switches(whole.spec) if values[switch]]
     return (whole, *(variant(whole, {switch: "false"}) for switch in off))
 
 

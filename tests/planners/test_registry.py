@@ -21,7 +21,7 @@ from tests.repository import REPOSITORY
 from tests.worlds import cached_scene
 
 HOSTILE = REPOSITORY / "tests" / "eval" / "hostile.py"
-NAMES = sorted(registry.PAPER | registry.REFERENCE)
+NAMES = sorted(registry.PAPER | registry.OURS | registry.REFERENCE)
 
 
 @pytest.mark.parametrize("name", NAMES)
