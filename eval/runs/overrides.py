@@ -95,6 +95,17 @@ def flat(config: object) -> dict[str, Any]:
     return out
 
 
+def dotted(record: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the same of a recorded configuration, in which mappings stand for it."""
+    out: dict[str, Any] = {}
+    for name, value in record.items():
+        if isinstance(value, Mapping):
+            out |= {f"{name}.{inner}": each for inner, each in dotted(value).items()}
+        else:
+            out[name] = value
+    return out
+
+
 def _own_fields(config: object) -> tuple[str, ...]:
     """Return the fields of a struct or dataclass; of anything else none."""
     if isinstance(config, msgspec.Struct):
@@ -105,8 +116,8 @@ def _own_fields(config: object) -> tuple[str, ...]:
 def _tree(values: Mapping[str, str]) -> dict[str, Any]:
     """Return the texts as nested mappings, one for each configuration."""
     tree: dict[str, Any] = {}
-    for dotted, text in values.items():
-        *path, field = dotted.split(".")
+    for full, text in values.items():
+        *path, field = full.split(".")
         node = tree
         for name in path:
             node = node.setdefault(name, {})

@@ -29,7 +29,7 @@ from beacon_mj.eval.runs.experiment import (
 )
 from beacon_mj.eval.runs.jobs import Handovers
 from beacon_mj.eval.runs.lineup import PlannerChoice
-from beacon_mj.eval.runs.overrides import configure, flat
+from beacon_mj.eval.runs.overrides import dotted, flat
 from beacon_mj.eval.runs.progress import Progress
 from beacon_mj.eval.runs.runner import NOBODY
 from beacon_mj.eval.runs.variants import Values, variant
@@ -97,12 +97,8 @@ def switches(planner: str | type[Planner]) -> tuple[str, ...]:
         PlannerError: If there is no such planner.
     """
     cls = load_planner(planner)[1] if isinstance(planner, str) else planner
-    return _true(cls.Config())
-
-
-def _true(config: object) -> tuple[str, ...]:
-    """Return the dotted fields that are true."""
-    return tuple(name for name, value in flat(config).items() if value is True)
+    values = flat(cls.Config())
+    return tuple(name for name, value in values.items() if value is True)
 
 
 def ablation_runs(
@@ -134,11 +130,9 @@ def ablation_runs(
 def _variants(
     whole: PlannerEntry, protocol: Protocol, handed: Handovers
 ) -> tuple[PlannerEntry, ...]:
-    cls = (
-        handed[whole.name].cls if whole.name in handed else load_planner(whole.spec)[1]
-    )
-    on = _true(configure(cls, whole.settings, whole.name))
-    off = [switch for switch in switches(cls) if switch in on]
+    cls = handed[whole.name].cls if whole.name in handed else None
+    values = dotted(whole.config)
+    off = [switch for switch in switches(cls or whole.spec) if values[switch]]
     lesser = (variant(whole, {s: "false"}, protocol, cls) for s in off)
     return (whole, *lesser)
 

@@ -11,7 +11,6 @@ import pytest
 
 from beacon_mj.episode.conformance import check_planner
 from beacon_mj.errors import PlannerError, RunError
-from beacon_mj.eval.runs.config import planner_entries
 from beacon_mj.eval.runs.experiment import experiment
 from beacon_mj.eval.runs.lineup import planner_entries
 from beacon_mj.eval.runs.overrides import configure, parse_settings
@@ -26,7 +25,7 @@ from tests.repository import REPOSITORY
 from tests.worlds import cached_scene
 
 HOSTILE = REPOSITORY / "tests" / "eval" / "hostile.py"
-NAMES = sorted(registry.PAPER | registry.REFERENCE)
+NAMES = sorted(registry.PAPER | registry.OURS | registry.REFERENCE)
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -106,7 +105,12 @@ def test_two_files_of_one_stem_run(tmp_path: Path, workers: int) -> None:
     specs = [write(tmp_path / n, f"Mine{n.upper()}", 0.1) for n in "ab"]
     entries, protocol = planner_entries(specs, ["MineA.v=0.2", "MineB.v=0.4"])
     config, refs = experiment(
-        entries, protocol, families=["sparse"], episodes=2, seed=0, perception="noisy"
+        entries,
+        protocol,
+        families=["sparse"],
+        scenes_per_family=2,
+        seed=0,
+        perception="noisy",
     )
     rows = [r for rs in run_jobs(config, plan(config, refs), None, workers) for r in rs]
     assert [r.outcome for r in rows] == ["gave_up"] * 4

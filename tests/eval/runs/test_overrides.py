@@ -4,14 +4,21 @@ import dataclasses
 from dataclasses import dataclass
 from typing import Literal
 
+import msgspec
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from beacon_mj.episode.protocol import Protocol
 from beacon_mj.errors import PlannerError, RunError
-from beacon_mj.eval.runs.config import planner_entries
-from beacon_mj.eval.runs.overrides import configure, convert, flat, parse_settings
+from beacon_mj.eval.runs.lineup import planner_entries
+from beacon_mj.eval.runs.overrides import (
+    configure,
+    convert,
+    dotted,
+    flat,
+    parse_settings,
+)
 from beacon_mj.planners.base import NoConfig, Planner
 from beacon_mj.planners.beacon import Beacon, BeaconConfig
 from beacon_mj.planners.beacon_voi import BeaconVoi
@@ -169,6 +176,11 @@ def test_the_protocol_is_checked_however_it_is_made() -> None:
         Protocol(max_steps=0)
     with pytest.raises(RunError, match=r"protocol\.pose_noise_m to be .* it was nan"):
         Protocol(pose_noise_m=float("nan"))
+
+
+@pytest.mark.parametrize("config", CONFIGS, ids=lambda c: c.__name__)
+def test_a_recorded_configuration_has_the_same_dotted_names(config: type) -> None:
+    assert dotted(msgspec.to_builtins(config())) == msgspec.to_builtins(flat(config()))
 
 
 def test_the_flat_view_has_every_leaf() -> None:

@@ -107,7 +107,7 @@ NOISY = ["protocol.sensing_radius_m=0.5", "protocol.occlusion=true",
 
 
 def test_who_is_told_everything_is_told_it_exactly() -> None:
-    runs, _ = regret_runs("beacon", NOISY, families=["sparse"], episodes=1)
+    runs, _ = regret_runs("beacon", NOISY, families=["sparse"], scenes_per_family=1)
     assert runs["told"].protocol == Protocol(sensing_radius_m=100.0, max_steps=77)
     assert runs["near"].protocol.missed_detection == 0.2
     assert runs["near"].protocol.occlusion
@@ -119,7 +119,7 @@ def test_no_field_of_the_sensor_is_left_on(field: str) -> None:
 
     Then what a certain protocol holds of it does not depend on what it was.
     """
-    runs, _ = regret_runs("beacon", NOISY, families=["sparse"], episodes=1)
+    runs, _ = regret_runs("beacon", NOISY, families=["sparse"], scenes_per_family=1)
     value = getattr(runs["near"].protocol, field)
     changed = msgspec.structs.replace(Protocol(), **{field: value})
     assert changed != Protocol()

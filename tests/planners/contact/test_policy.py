@@ -193,7 +193,7 @@ def test_the_docs_policy_is_set_from_the_command_line(
 ) -> None:
     out = tmp_path / "run"
     arguments = ["eval", "--planner", f"{lazy}:Lazy", "--family", "sparse"]
-    arguments += ["--episodes", "1", "--workers", "1", "--log", "none"]
+    arguments += ["--scenes-per-family", "1", "--workers", "1", "--log", "none"]
     assert cli.run([*arguments, "--set", "Lazy.worth=1", "--out", str(out)]) == 2
     assert "Did you mean 'worth_m'?" in capfd.readouterr().err
     assert cli.run([*arguments, "--set", "Lazy.worth_m=0.5", "--out", str(out)]) == 0
