@@ -6,13 +6,12 @@ buffers) by connected components; "there is a path" by a path whose clearance wa
 checked exactly. Lengths are at most 0.6 % above the true ones.
 """
 
-import math
-
 import numpy as np
 import shapely
 
 from beacon_mj.geometry import Array, Footprints
 from beacon_mj.motion.visibility_graph import path_length, shortest_path
+from beacon_mj.numerics import norm
 from beacon_mj.scene import Certificate, Obstacle, Scene
 
 #: Share of the drive's limit that an obstacle must stay under to be called a door.
@@ -78,7 +77,7 @@ def certify(scene: Scene, margin_m: float) -> Certificate | None:
     return Certificate(
         collision_free_length_m=None if free is None else round(path_length(free), 6),
         reference_length_m=round(path_length(reference), 6),
-        straight_line_m=round(math.dist(scene.start_m, scene.goal_m), 6),
+        straight_line_m=round(norm(np.subtract(scene.goal_m, scene.start_m)), 6),
         door_ids=_door_ids(scene, free, reference, margin_m),
         margin_m=margin_m,
     )

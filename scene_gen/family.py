@@ -7,6 +7,7 @@ compiles it once to measure the shapes.
 """
 
 import functools
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -179,7 +180,7 @@ def _checked(numeric: object, path: Path, shapes: set[str]) -> tuple[float, ...]
             f"{path}: expected numeric {name!r} to be a range (low, high) but it was "
             f"{values}."
         )
-    if name == "class_mix" and sum(values) <= 0.0:
+    if name == "class_mix" and math.fsum(values) <= 0.0:
         raise TemplateError(f"{path}: expected numeric 'class_mix' to have a weight.")
     return values
 

@@ -1,5 +1,6 @@
 """Prototypes: the shapes of a family, with nominal proportions, and scaling them."""
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, get_args
@@ -10,6 +11,7 @@ import shapely
 
 from beacon_mj.errors import TemplateError
 from beacon_mj.geometry import Array, convex_hull, core_centroid
+from beacon_mj.numerics import rotated_3d
 from beacon_mj.scene import shapes
 from beacon_mj.scene.shapes import PrismKind, Shape
 
@@ -73,7 +75,7 @@ def _scaled_hulls(nominal: shapes.Hulls, length_m: float) -> shapes.Hulls:
 def _hulls_of(name: str, parts: list[Array]) -> shapes.Hulls:
     """Return the shape of convex parts; its volume is that of the rounded points."""
     rounded = tuple(_rounded(p) for p in parts)
-    volume = sum(shapes.hull_volume(np.array(p)) for p in rounded)
+    volume = math.fsum(shapes.hull_volume(np.array(p)) for p in rounded)
     return shapes.Hulls(name=name, parts_m=rounded, volume_m3=volume)
 
 
@@ -150,7 +152,7 @@ def _geom_points(model: Any, geom: int) -> Array:
     rotation = np.empty(9)
     mujoco.mju_quat2Mat(rotation, model.geom_quat[geom])
     local = _local_points(model, geom)
-    return np.asarray(local @ rotation.reshape(3, 3).T + model.geom_pos[geom])
+    return np.asarray(rotated_3d(local, rotation.reshape(3, 3)) + model.geom_pos[geom])
 
 
 def _local_points(model: Any, geom: int) -> Array:
@@ -177,7 +179,7 @@ def _round_points(size: Array, kind: Any) -> Array:
     around = np.arange(12) * (np.pi / 6)
     unit = np.array(
         [
-            (np.sin(t) * np.cos(p), np.sin(t) * np.sin(p), np.cos(t))
+            (math.sin(t) * math.cos(p), math.sin(t) * math.sin(p), math.cos(t))
             for t in polar
             for p in around
         ]
