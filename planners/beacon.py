@@ -1,5 +1,6 @@
 """BEACON: belief-aware replanning, the paper's method, whole."""
 
+import math
 from dataclasses import dataclass, fields
 from typing import ClassVar
 
@@ -196,7 +197,7 @@ class Beacon(ContactPlanner):
             plan,
             self.limits(observation, plan),
             risk=max(self._risk(obstacles[i].id) for i, _ in plan.cascade.moved),
-            energy_j=sum(
+            energy_j=math.fsum(
                 self.beliefs.force_n(obstacles[i]) * travel
                 for i, travel in plan.cascade.moved
             ),

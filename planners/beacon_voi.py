@@ -5,10 +5,9 @@ from dataclasses import dataclass
 from itertools import islice
 from typing import ClassVar
 
-import numpy as np
-
 from beacon_mj.interface import Command, Observation, Task
 from beacon_mj.motion.detour import FreeRoute
+from beacon_mj.numerics import norm
 from beacon_mj.planners.checks import expect_between
 from beacon_mj.planners.contact.belief import BeliefMap, Likelihoods
 from beacon_mj.planners.contact.candidates import PushPlan
@@ -192,7 +191,7 @@ class BeaconVoi(ContactPlanner):
         push_s = plan.travel_m / limits.push_mps + self._worth_s(observation, plan)
         beyond_s = self._times.from_point(plan.end_m)
         if not math.isfinite(beyond_s):
-            onward = float(np.hypot(*(task.goal_m - plan.end_m)))
+            onward = norm(task.goal_m - plan.end_m)
             beyond_s = 1.2 * onward / task.speed_mps
         if not math.isfinite(without_s):
             without_s = _CUT_OFF_S
@@ -236,7 +235,7 @@ class BeaconVoi(ContactPlanner):
         best = self._round(plan)
         for expected_s, other in alone:
             if other.index != plan.index:
-                over = float(np.hypot(*(other.approach_m - plan.approach_m)))
+                over = norm(other.approach_m - plan.approach_m)
                 best = min(best, expected_s + over / self._task.speed_mps)
         return best
 

@@ -1,5 +1,6 @@
 """The contact-aware semantic baseline: fixed weights, beliefs never updated."""
 
+import math
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -116,7 +117,7 @@ class Semantic(ContactPlanner):
                 self._fixed_risk(obstacles[i].id, contact=True)
                 for i, _ in plan.cascade.moved
             ),
-            energy_j=sum(
+            energy_j=math.fsum(
                 obstacles[i].perceived_force_n * travel
                 for i, travel in plan.cascade.moved
             ),

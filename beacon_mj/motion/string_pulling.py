@@ -12,6 +12,7 @@ import numpy as np
 from beacon_mj.geometry import Array, Footprints, segment_core
 from beacon_mj.jit import kernel
 from beacon_mj.motion.grid import Cells
+from beacon_mj.numerics import norms
 
 
 def shorten(
@@ -60,19 +61,19 @@ def is_clear(path: Array, footprints: Footprints, clearance_m: float) -> bool:
 
 def length(path: Array) -> float:
     """Length of a polyline, shape (m, 2) [m]."""
-    return float(np.hypot(*np.diff(path, axis=0).T).sum())
+    return float(norms(np.diff(path, axis=0)).sum())
 
 
 def circles(footprints: Footprints) -> tuple[Array, Array]:
     """Centres (n, 2) and radii (n,) of circles that hold the footprints [m]."""
     low, high = footprints.vertices.min(axis=1), footprints.vertices.max(axis=1)
     span = high - low
-    return 0.5 * (low + high), 0.5 * np.hypot(*span.T) + footprints.radius
+    return 0.5 * (low + high), 0.5 * norms(span) + footprints.radius
 
 
 def _densify(path: Array, spacing_m: float) -> Array:
     """Insert points so that neighbours are at most `spacing_m` apart."""
-    steps = np.hypot(*np.diff(path, axis=0).T)
+    steps = norms(np.diff(path, axis=0))
     arc = np.concatenate([[0.0], np.cumsum(steps)])
     counts = np.maximum(np.ceil(steps / spacing_m), 1.0).astype(np.int64)
     index = np.repeat(np.arange(len(steps)), counts)

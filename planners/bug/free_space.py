@@ -14,6 +14,7 @@ import shapely
 
 from beacon_mj.geometry import Array, Footprints, signed_distance
 from beacon_mj.jit import kernel
+from beacon_mj.numerics import norms
 
 #: Facets per quarter circle of the dilated footprints: 0.2 mm off at 0.14 m.
 _QUAD_SEGMENTS = 16
@@ -30,9 +31,7 @@ class Contour:
     def __init__(self, points: Array) -> None:
         """Take over a closed ring of points."""
         self.points = points
-        self._arc = np.concatenate(
-            [[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))]
-        )
+        self._arc = np.concatenate([[0.0], np.cumsum(norms(np.diff(points, axis=0)))])
         self.length_m = float(self._arc[-1])
 
     def project(self, point: Array) -> float:
@@ -114,7 +113,7 @@ class FreeSpace:
             Truth values, shape (q,).
         """
         away = goal - points
-        ahead = away / np.maximum(np.hypot(*away.T), 1e-9)[:, None]
+        ahead = away / np.maximum(norms(away), 1e-9)[:, None]
         # So near that another contour across a narrow gap is not reached.
         just_ahead = points + 1e-5 * ahead
         return np.asarray(shapely.contains_xy(self.region, just_ahead))

@@ -1,12 +1,8 @@
 """Watching a push while it goes on: is the way clear, what is about to be struck?"""
 
-import math
-
-import numpy as np
-
-from beacon_mj.geometry import Array
 from beacon_mj.interface import Observation, Task
 from beacon_mj.motion.detour import FreeRoute
+from beacon_mj.numerics import norm, rotated
 from beacon_mj.planners.contact.candidates import PushPlan, nearby
 from beacon_mj.planners.contact.push_model import PushWorld
 
@@ -26,8 +22,8 @@ def way_is_clear(
 ) -> bool:
     """Whether the disc can now go on freely, about as directly as planned."""
     free.update(observation)
-    ahead = float(np.hypot(*(plan.end_m - observation.position_m)))
-    onward = float(np.hypot(*(task.goal_m - plan.end_m)))
+    ahead = norm(plan.end_m - observation.position_m)
+    onward = norm(task.goal_m - plan.end_m)
     return free.length_m < ahead + onward + _CLEAR_SLACK_M
 
 
@@ -41,15 +37,9 @@ def next_in_chain(observation: Observation, plan: PushPlan, task: Task) -> list[
     world = PushWorld([observation.obstacles[i] for i in near])
     moved: dict[int, None] = {}
     for turn in _TURNS:
-        travel = _LOOK_AHEAD_M * _turned(plan.direction, turn)
+        travel = _LOOK_AHEAD_M * rotated(plan.direction, turn)
         cascade = world.cascade(
             0, travel, lambda i: 0.0, task.force_max_n, lambda i: False
         )
         moved |= dict.fromkeys(i for i, _ in cascade.moved)
     return [observation.obstacles[near[i]].id for i in moved]
-
-
-def _turned(direction: Array, angle: float) -> Array:
-    """Return a vector (2,) turned counter-clockwise by an angle [rad]."""
-    c, s = math.cos(angle), math.sin(angle)
-    return np.array([[c, -s], [s, c]]) @ direction
