@@ -61,12 +61,13 @@ def fidelity(*checks: str) -> int:
 
 
 def doctor() -> int:
-    """Say which versions are here and what is missing; status 1 if something is."""
+    """Say what is here: versions and machine; status 1 if something is missing."""
     from beacon_mj.eval.runs.scene_cache import cache_folder
     from beacon_mj.eval.runs.versions import versions
+    from beacon_mj.recording.machine import machine
 
     found = versions()
-    for name, version in found.items():
+    for name, version in (found | machine()).items():
         print(f"{name:12} {version}")
     print(f"{'cores':12} {os.cpu_count()}")
     print(f"{'cache':12} {cache_folder() or 'off'}")

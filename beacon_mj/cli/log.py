@@ -78,3 +78,4 @@ def _facts(log: "Log") -> Iterator[tuple[str, str]]:
     yield "size", f"{log.path.stat().st_size / 1000:.0f} kB"
     yield "messages", ", ".join(f"{name} {n}" for name, n in count.items())
     yield "versions", ", ".join(f"{k} {v}" for k, v in sorted(log.versions.items()))
+    yield "machine", ", ".join(f"{k} {v}" for k, v in log.machine.items()) or "unknown"
