@@ -18,8 +18,9 @@ import shapely
 from numpy.typing import NDArray
 
 from beacon_mj.jit import kernel
+from beacon_mj.numerics import Array as Array
+from beacon_mj.numerics import rotated
 
-Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 #: Facets per quarter circle wherever a round boundary must become a polygon.
@@ -66,9 +67,7 @@ class Footprint:
 
     def moved(self, x: float, y: float, yaw: float) -> "Footprint":
         """Return this footprint turned by `yaw`, then shifted by (x, y)."""
-        c, s = math.cos(yaw), math.sin(yaw)
-        rotation = np.array([[c, s], [-s, c]])
-        return Footprint(self.vertices @ rotation + (x, y), self.radius)
+        return Footprint(rotated(self.vertices, yaw) + np.array([x, y]), self.radius)
 
     def shifted(self, offset: Array) -> "Footprint":
         """Return this footprint shifted by `offset`, shape (2,) [m]."""
@@ -146,7 +145,7 @@ def core_centroid(vertices: Array) -> Array:
 def polygon_area(vertices: Array) -> float:
     """Signed area of a polygon (k, 2), positive when counter-clockwise [m^2]."""
     x, y = vertices[:, 0], vertices[:, 1]
-    return float(0.5 * (x @ np.roll(y, -1) - y @ np.roll(x, -1)))
+    return float(0.5 * (x * np.roll(y, -1) - y * np.roll(x, -1)).sum())
 
 
 def segment_lengths(path: Array) -> Array:
@@ -209,7 +208,7 @@ def point_core(px: float, py: float, core: Array) -> tuple[float, float, float, 
             else:
                 left_of_all = False
         qx, qy = ax + t * ex, ay + t * ey
-        d2 = (px - qx) ** 2 + (py - qy) ** 2
+        d2 = (px - qx) * (px - qx) + (py - qy) * (py - qy)
         if d2 < best:
             best = d2
             bx, by = qx, qy
@@ -261,7 +260,8 @@ def _point_segment(
     t = 0.0
     if length2 > 0.0:
         t = min(1.0, max(0.0, ((px - ax) * ex + (py - ay) * ey) / length2))
-    return math.hypot(px - ax - t * ex, py - ay - t * ey)
+    qx, qy = px - ax - t * ex, py - ay - t * ey
+    return math.sqrt(qx * qx + qy * qy)
 
 
 @kernel

@@ -12,7 +12,9 @@ def kernel(function: F) -> F:
     """Compile `function` with numba on first call and cache the machine code.
 
     Floating-point contraction and reordering stay off, so that results are the
-    same with `NUMBA_DISABLE_JIT=1`.
+    same on every CPU and with `NUMBA_DISABLE_JIT=1`. A kernel calls no function of
+    `math` but exact ones such as `sqrt`: Intel's SVML, where it is installed, rounds
+    the others in its own way.
     """
     return cast(F, numba.njit(cache=True, nogil=True)(function))
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from beacon_mj.interface import Observation, SensedObstacle, Task
 from beacon_mj.motion.detour import FreeRoute
+from beacon_mj.numerics import norm
 from beacon_mj.planners.checks import expect_between
 from beacon_mj.planners.contact.belief import BeliefSettings
 from beacon_mj.planners.contact.candidates import PushPlan
@@ -171,7 +172,7 @@ class BeaconVoiPolicy(PushPolicy[BeaconVoiConfig]):
         push_s = plan.travel_m / limits.push_mps + self._worth_s(observation, plan)
         beyond_s = self._times.from_point(plan.end_m)
         if not math.isfinite(beyond_s):
-            onward = float(np.hypot(*(task.goal_m - plan.end_m)))
+            onward = norm(task.goal_m - plan.end_m)
             beyond_s = 1.2 * onward / task.speed_mps
         if not math.isfinite(without_s):
             without_s = _CUT_OFF_S

@@ -5,6 +5,7 @@ import shapely
 
 from beacon_mj.geometry import Array
 from beacon_mj.interface import Task
+from beacon_mj.numerics import norm, norms
 from beacon_mj.planners.bug.boundary import BoundaryPlanner
 
 #: How much nearer to the goal than the hit point a leave point must be [m].
@@ -48,8 +49,8 @@ class Bug2(BoundaryPlanner):
         goal = self._task.goal_m
         met = shapely.intersection(shapely.linestrings(lap), self._m_line)
         points = shapely.get_coordinates(met)
-        closer = np.hypot(*(goal - self._hit)) - _CLOSER_M
-        points = points[np.hypot(*(goal - points).T) < closer]
+        closer = norm(goal - self._hit) - _CLOSER_M
+        points = points[norms(goal - points) < closer]
         return np.asarray(points[self._free.is_open(points, goal)])
 
     def _boundary_done(self) -> None:

@@ -1,5 +1,6 @@
 """A* over a semantic contact-cost map that contact never revises, after IMPACT."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +16,7 @@ from beacon_mj.interface import (
 )
 from beacon_mj.motion.path_tracking import follow, remainder
 from beacon_mj.motion.string_pulling import shorten
+from beacon_mj.numerics import dot
 from beacon_mj.planners.base import Planner
 from beacon_mj.planners.checks import expect_all_between, expect_between
 from beacon_mj.planners.contact.cost_map import ContactMap
@@ -104,8 +106,8 @@ class Impact(Planner[ImpactConfig]):
         What seems too heavy for the robot costs what a safe one does.
         """
         if obstacle.id not in self._costs:
-            scores = np.array(obstacle.scores) / sum(obstacle.scores)
-            expected = float(scores @ np.array(self.config.class_cost))
+            scores = np.array(obstacle.scores) / math.fsum(obstacle.scores)
+            expected = dot(scores, np.array(self.config.class_cost))
             if obstacle.perceived_force_n > self._task.force_max_n:
                 expected = max(expected, self.config.class_cost[0])
             self._costs[obstacle.id] = expected

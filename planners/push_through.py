@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from beacon_mj.interface import Command, Observation, PlannerInfo, Task
+from beacon_mj.numerics import norm
 from beacon_mj.planners.base import Planner
 from beacon_mj.planners.checks import expect_between
 from beacon_mj.planners.recovery import STALL_RADIUS_M, give_up
@@ -50,7 +51,7 @@ class PushThrough(Planner[PushThroughConfig]):
         if self._stalled(observation):
             return give_up("Nothing gives way any more.")
         offset = task.goal_m - observation.position_m
-        distance = float(np.hypot(*offset))
+        distance = norm(offset)
         limit = self.config.speed_share * task.speed_mps
         speed = min(limit, distance / task.control_period_s)
         return Command(
@@ -63,7 +64,7 @@ class PushThrough(Planner[PushThroughConfig]):
 
     def _stalled(self, observation: Observation) -> bool:
         """Whether the robot has stayed in one place for too long."""
-        if np.hypot(*(observation.position_m - self._anchor)) > STALL_RADIUS_M:
+        if norm(observation.position_m - self._anchor) > STALL_RADIUS_M:
             self._anchor = observation.position_m.copy()
             self._since_s = observation.time_s
         return observation.time_s - self._since_s > PATIENCE_S

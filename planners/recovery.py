@@ -4,6 +4,7 @@ import numpy as np
 
 from beacon_mj.geometry import Array
 from beacon_mj.interface import Command, Observation, PlannerInfo, Task
+from beacon_mj.numerics import norm, norms
 
 #: A robot that stays within this distance is not getting anywhere [m].
 STALL_RADIUS_M = 0.05
@@ -64,7 +65,7 @@ class Recovery:
         self.ended = self._until_s > 0.0 and not backing
         if self.ended:
             self._until_s, self._since_s = -1.0, now
-        if np.hypot(*(position - self._anchor)) > STALL_RADIUS_M:
+        if norm(position - self._anchor) > STALL_RADIUS_M:
             self._anchor, self._since_s = position.copy(), now
         elif not backing and now - self._since_s > STALL_S:
             self.stalls += 1
@@ -79,9 +80,10 @@ class Recovery:
         walls = np.array([(west, y), (east, y), (x, south), (x, north)])
         near = np.concatenate([walls, observation.footprints.nearest_points(position)])
         offset = position - near
-        distance = np.maximum(np.hypot(*offset.T), 1e-3)
-        push = (offset / distance[:, None] ** 4).sum(axis=0)
-        return np.asarray(push / max(float(np.hypot(*push)), 1e-12))
+        distance = np.maximum(norms(offset), 1e-3)
+        square = distance * distance
+        push = (offset / (square * square)[:, None]).sum(axis=0)
+        return np.asarray(push / max(norm(push), 1e-12))
 
 
 def give_up(reason: str) -> Command:

@@ -6,13 +6,12 @@ buffers) by connected components; "there is a path" by a path whose clearance wa
 checked exactly. Lengths are at most 0.6 % above the true ones.
 """
 
-import math
-
 import numpy as np
 import shapely
 
 from beacon_mj.geometry import Array, Footprints, polyline_length
 from beacon_mj.motion.visibility_graph import shortest_path
+from beacon_mj.numerics import norm
 from beacon_mj.scene import Certificate, Obstacle, Scene
 
 #: Share of the drive's limit that an obstacle must stay under to be called a door.
@@ -80,7 +79,7 @@ def certify(scene: Scene, margin_m: float) -> Certificate | None:
         if free is None
         else round(polyline_length(free), 6),
         reference_length_m=round(polyline_length(reference), 6),
-        straight_line_m=round(math.dist(scene.start_m, scene.goal_m), 6),
+        straight_line_m=round(norm(np.subtract(scene.goal_m, scene.start_m)), 6),
         door_ids=_door_ids(scene, free, reference, margin_m),
         margin_m=margin_m,
     )

@@ -7,6 +7,7 @@ once.
 """
 
 import functools
+import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -188,7 +189,7 @@ def _checked(numeric: object, path: Path, shapes: set[str]) -> tuple[float, ...]
             f"{path}: expected numeric {name!r} to be a range (low, high) but it was "
             f"{values}."
         )
-    if name == "class_mix" and sum(values) <= 0.0:
+    if name == "class_mix" and math.fsum(values) <= 0.0:
         raise TemplateError(f"{path}: expected numeric 'class_mix' to have a weight.")
     return values
 

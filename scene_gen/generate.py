@@ -1,12 +1,12 @@
 """From a family and a seed to a certified scene."""
 
-import math
 from pathlib import Path
 
 import msgspec
 import numpy as np
 
 from beacon_mj.errors import GenerationError, SceneError, unknown
+from beacon_mj.numerics import norm
 from beacon_mj.scene import Certificate, Obstacle, Profile, Robot, Scene
 from beacon_mj.scene.checks import check_scene
 from beacon_mj.scene_gen.certificates import certify
@@ -117,7 +117,7 @@ def _start_and_goal(rng: np.random.Generator) -> tuple[Point, Point]:
     while True:
         start = rng.uniform((0.35, 1.8), (0.75, 4.2))
         goal = rng.uniform((5.25, 1.8), (5.65, 4.2))
-        if DISTANCE_M[0] <= math.dist(start, goal) <= DISTANCE_M[1]:
+        if DISTANCE_M[0] <= norm(goal - start) <= DISTANCE_M[1]:
             return _point(start), _point(goal)
 
 

@@ -208,14 +208,14 @@ def _fill(
 ) -> list[tuple[float, float, bool]]:
     """Divide [low, high] into obstacle-sized pieces with gaps at both ends."""
     sizes = sampler.family.range("size")
-    pieces_count = max(1, round((high - low) / (0.5 * sum(sizes))))
+    pieces_count = max(1, round((high - low) / (0.5 * math.fsum(sizes))))
     widths = [sampler.uniform(sizes) for _ in range(pieces_count)]
     gaps = [sampler.uniform(gap) for _ in range(len(widths) + 1)]
     if low == 0.0:
         gaps[0] = min(gaps[0], 0.05)
     if high == top:
         gaps[-1] = min(gaps[-1], 0.05)
-    scale = (high - low - sum(gaps)) / sum(widths)
+    scale = (high - low - math.fsum(gaps)) / math.fsum(widths)
     pieces, y = [], low + gaps[0]
     for width, after in zip(widths, gaps[1:], strict=True):
         pieces.append((y, y + width * scale, False))

@@ -14,6 +14,7 @@ import numpy as np
 
 from beacon_mj.constants import CLASSES
 from beacon_mj.mjcf_templates import ROOT
+from beacon_mj.numerics import norms
 from beacon_mj.scene import Obstacle, Robot, Scene, Surface, shapes
 
 TIMESTEP_S = 0.002  #: Physics step [s].
@@ -197,7 +198,7 @@ def _feet(name: str, shape: shapes.Prism) -> list[tuple[str, dict[str, str]]]:
     prism lies on its mesh.
     """
     points = np.array(shape.vertices_m)
-    inset = points * (1.0 - _FOOT_M / np.linalg.norm(points, axis=1, keepdims=True))
+    inset = points * (1.0 - _FOOT_M / norms(points)[:, None])
     height = _FOOT_M - _STAND_M - 0.5 * shape.height_m
     return [
         (

@@ -10,6 +10,8 @@
 In the last two, density and friction carry a log-normal error of 15 %.
 """
 
+import math
+
 import msgspec
 import numpy as np
 
@@ -55,7 +57,7 @@ def _perceived(o: Obstacle, profile: Profile, rng: np.random.Generator) -> Perce
     draw = _noisy_scores if profile == "noisy" else _misleading_scores
     scores = np.maximum(draw(truth, rng), SCORE_FLOOR)
     a, b, c = (round(float(s), 6) for s in scores / scores.sum())
-    error = np.exp(MATERIAL_ERROR * rng.standard_normal(2))
+    error = [math.exp(MATERIAL_ERROR * z) for z in rng.standard_normal(2).tolist()]
     return Perceived(
         scores=(a, b, c),
         density_kgm3=round(o.density_kgm3 * float(error[0]), 6),

@@ -1,5 +1,6 @@
 """Prototypes: the shapes of a family, with nominal proportions, and scaling them."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -87,7 +88,7 @@ def _scaled_hulls(nominal: shapes.Hulls, length_m: float) -> shapes.Hulls:
 def _hulls_of(name: str, parts: list[Array]) -> shapes.Hulls:
     """Return the shape of convex parts; its volume is that of the rounded points."""
     rounded = tuple(_rounded(p) for p in parts)
-    volume = sum(shapes.hull_volume(np.array(p)) for p in rounded)
+    volume = math.fsum(shapes.hull_volume(np.array(p)) for p in rounded)
     return shapes.Hulls(name=name, parts_m=rounded, volume_m3=volume)
 
 

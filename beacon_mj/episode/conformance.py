@@ -141,7 +141,8 @@ def _check_info(name: str, info: PlannerInfo, observation: Observation) -> None:
                 f"{name}: expected beliefs about sensed obstacles but {obstacle!r} "
                 "was not sensed."
             )
-        if len(p) != 3 or min(p) < 0.0 or not math.isclose(sum(p), 1.0, abs_tol=1e-6):
+        one = math.isclose(math.fsum(p), 1.0, abs_tol=1e-6)
+        if len(p) != 3 or min(p) < 0.0 or not one:
             raise PlannerError(
                 f"{name}: expected a belief to be three probabilities that sum to 1 "
                 f"but that about {obstacle!r} was {p}."

@@ -104,4 +104,5 @@ def _extra(hint: Any) -> dict[str, Any]:
 def battery_slope(scene: Scene) -> float:
     """Return eta = B_0 / diam(workspace), charge per metre [1/m] (paper II.A)."""
     west, south, east, north = scene.workspace_m
-    return 1.0 / math.hypot(east - west, north - south)
+    x, y = east - west, north - south
+    return 1.0 / math.sqrt(x * x + y * y)

@@ -13,6 +13,7 @@ from beacon_mj.episode.sensor import Sensor
 from beacon_mj.episode.trace import Outcome, StepRecord, Trace
 from beacon_mj.errors import PlannerError
 from beacon_mj.interface import Command, Observation, Task
+from beacon_mj.numerics import norm, norms
 from beacon_mj.planners.base import Planner
 from beacon_mj.planners.oracle.truth import Oracle
 from beacon_mj.scene import Scene
@@ -188,7 +189,7 @@ class _Loop:
         seconds: float,
         before: Observation,
     ) -> Observation:
-        travelled = float(np.hypot(*(outcome.position_m - self.positions[-1])))
+        travelled = norm(outcome.position_m - self.positions[-1])
         self.battery = max(0.0, self.battery - self.slope * travelled)
         self.positions.append(outcome.position_m)
         observation = self.sensor.observe(outcome, self.battery)
@@ -207,7 +208,7 @@ class _Loop:
 
     def _ended(self, task: Task) -> Outcome | None:
         protocol = self.trace.protocol
-        if np.hypot(*(self.positions[-1] - task.goal_m)) <= task.goal_tolerance_m:
+        if norm(self.positions[-1] - task.goal_m) <= task.goal_tolerance_m:
             return "reached"
         if protocol.battery_ends_episode and self.battery <= 0.0:
             return "battery_empty"
@@ -216,7 +217,7 @@ class _Loop:
         window = round(protocol.stuck_after_s / task.control_period_s)
         if len(self.positions) > window:
             recent = np.array(self.positions[-window:])
-            spread = np.hypot(*(recent - recent[-1]).T).max()
+            spread = norms(recent - recent[-1]).max()
             if spread < protocol.stuck_radius_m:
                 return "stuck"
         return None

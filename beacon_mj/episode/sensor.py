@@ -15,6 +15,7 @@ from beacon_mj.constants import CONTACT_N
 from beacon_mj.episode.protocol import Protocol
 from beacon_mj.geometry import Footprint, Footprints, Mask
 from beacon_mj.interface import Contact, Observation, PushEvidence, SensedObstacle
+from beacon_mj.numerics import norm
 from beacon_mj.scene import Obstacle
 from beacon_mj.streams import stream
 from beacon_mj.world import StepOutcome, World
@@ -176,7 +177,7 @@ def _felt(outcome: StepOutcome) -> tuple[Contact, ...]:
     """Return the obstacles that touch the bumper at the end of the step."""
     felt = []
     for c in outcome.contacts:
-        size = float(np.hypot(c.force_n[0], c.force_n[1]))
+        size = norm(c.force_n[:2])
         if c.counterpart == ROBOT and c.filtered_n > CONTACT_N and size > 0.0:
             felt.append(Contact(c.obstacle, c.force_n[:2] / size, c.filtered_n))
     return tuple(felt)

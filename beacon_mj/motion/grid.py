@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from beacon_mj.geometry import Array, Footprints, signed_distance
 from beacon_mj.jit import kernel
+from beacon_mj.numerics import norms
 
 Cells = NDArray[np.int64]
 
@@ -70,7 +71,7 @@ class Grid:
         r0, r1, c0, c1 = self.window(point - radius_m, point + radius_m)
         rows, cols = np.mgrid[r0:r1, c0:c1]
         cells = (rows * self.cols + cols).ravel()
-        distance = np.linalg.norm(self.centres(cells) - point, axis=1)
+        distance = norms(self.centres(cells) - point)
         order = np.argsort(distance, kind="stable")
         return np.asarray(cells[order[: np.count_nonzero(distance <= radius_m)]])
 
@@ -152,7 +153,7 @@ class ClearanceField:
         frame = np.array([grid.west_m, grid.south_m, grid.cell_m, self.reach_m])
         first = footprints.vertices[:, :1]
         offset = footprints.vertices - first
-        span = np.sqrt((offset**2).sum(axis=2)).max(axis=1, initial=0.0)
+        span = np.sqrt((offset * offset).sum(axis=2)).max(axis=1, initial=0.0)
         return _refresh(
             self.values.reshape(grid.rows, grid.cols),
             frame,

@@ -119,7 +119,7 @@ def _nearest(
             px, py = path[i, 0] + t * ex, path[i, 1] + t * ey
         else:
             px, py = path[i, 0], path[i, 1]
-        d2 = (x - px) ** 2 + (y - py) ** 2
+        d2 = (x - px) * (x - px) + (y - py) * (y - py)
         if d2 < best:
             best = d2
             where = arc[i] + t * step

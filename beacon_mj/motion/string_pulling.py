@@ -12,6 +12,7 @@ import numpy as np
 from beacon_mj.geometry import Array, Footprints, segment_core, segment_lengths
 from beacon_mj.jit import kernel
 from beacon_mj.motion.grid import Cells
+from beacon_mj.numerics import norms
 
 
 def shorten(
@@ -62,7 +63,7 @@ def circles(footprints: Footprints) -> tuple[Array, Array]:
     """Centres (n, 2) and radii (n,) of circles that hold the footprints [m]."""
     low, high = footprints.vertices.min(axis=1), footprints.vertices.max(axis=1)
     span = high - low
-    return 0.5 * (low + high), 0.5 * np.hypot(*span.T) + footprints.radius
+    return 0.5 * (low + high), 0.5 * norms(span) + footprints.radius
 
 
 def _densify(path: Array, spacing_m: float) -> Array:

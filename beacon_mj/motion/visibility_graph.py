@@ -18,6 +18,7 @@ from beacon_mj.geometry import (
     signed_distance,
 )
 from beacon_mj.jit import kernel
+from beacon_mj.numerics import angles_of, norms, unit_vectors
 
 FACETS = 24
 _TOUCH = 1e-9  #: Rounding allowed when a path runs along a boundary [m].
@@ -64,7 +65,7 @@ def _a_star(nodes: Array, footprints: Footprints, clearance: float) -> Array | N
     cost = np.full(count, np.inf)
     parent = np.full(count, -1)
     closed = np.zeros(count, dtype=np.bool_)
-    to_goal = np.hypot(*(nodes - nodes[1]).T)
+    to_goal = norms(nodes - nodes[1])
     centres, reach = _bounding_discs(footprints)
     cost[0] = 0.0
     queue = [(float(to_goal[0]), 0)]
@@ -95,9 +96,7 @@ def _bounding_discs(footprints: Footprints) -> tuple[Array, Array]:
     """Centres (n, 2) and radii (n,) of discs that contain the footprints [m]."""
     centres = footprints.vertices.mean(axis=1)
     spread = footprints.vertices - centres[:, None, :]
-    return centres, np.hypot(spread[..., 0], spread[..., 1]).max(
-        axis=1, initial=0.0
-    ) + footprints.radius
+    return centres, norms(spread).max(axis=1, initial=0.0) + footprints.radius
 
 
 @kernel
@@ -120,7 +119,8 @@ def _relax(
         if closed[v]:
             continue
         bx, by = nodes[v, 0], nodes[v, 1]
-        through = cost[u] + math.hypot(bx - ax, by - ay)
+        ex, ey = bx - ax, by - ay
+        through = cost[u] + math.sqrt(ex * ex + ey * ey)
         if through >= cost[v]:
             continue
         if _visible(ax, ay, bx, by, clearance, vertices, radius, centres, reach):
@@ -150,7 +150,8 @@ def _visible(
         t = 0.0
         if length2 > 0.0:
             t = min(1.0, max(0.0, (cx * ex + cy * ey) / length2))
-        if math.hypot(cx - t * ex, cy - t * ey) - reach[i] >= clearance:
+        qx, qy = cx - t * ex, cy - t * ey
+        if math.sqrt(qx * qx + qy * qy) - reach[i] >= clearance:
             continue
         if segment_core(ax, ay, bx, by, vertices[i]) - radius[i] < clearance - 1e-9:
             return False
@@ -171,11 +172,9 @@ def _rounded_corners(core: Array, radius: float) -> Array:
     if len(core) == 1:
         angle = (np.arange(FACETS) + 0.5) * (2.0 * math.pi / FACETS)
         rim = radius / math.cos(math.pi / FACETS)
-        return np.asarray(
-            core[0] + rim * np.column_stack([np.cos(angle), np.sin(angle)])
-        )
+        return np.asarray(core[0] + rim * unit_vectors(angle))
     edges = np.roll(core, -1, axis=0) - core
-    normals = np.arctan2(-edges[:, 0], edges[:, 1])
+    normals = angles_of(np.column_stack([edges[:, 1], -edges[:, 0]]))
     corners = []
     for point, before, after in zip(core, np.roll(normals, 1), normals, strict=True):
         turn = (after - before) % (2.0 * math.pi)
@@ -183,7 +182,7 @@ def _rounded_corners(core: Array, radius: float) -> Array:
         step = turn / count
         angle = before + (np.arange(count) + 0.5) * step
         rim = radius / math.cos(0.5 * step)
-        corners.append(point + rim * np.column_stack([np.cos(angle), np.sin(angle)]))
+        corners.append(point + rim * unit_vectors(angle))
     return np.vstack(corners)
 
 

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from beacon_mj.geometry import Array
+from beacon_mj.numerics import norm
 from beacon_mj.recording.messages import message
 from beacon_mj.scene import Obstacle
 from beacon_mj.world import PairForce, World
@@ -75,7 +76,7 @@ def arrows(contacts: Sequence[PairForce], time_ns: int, lifetime_ns: int) -> Any
     entity = _entity(update, "contacts", ARENA, time_ns)
     stamp(entity.lifetime, lifetime_ns)
     for contact in contacts:
-        force = float(np.linalg.norm(contact.force_n))
+        force = norm(contact.force_n)
         if force < ARROW_MIN_N:
             continue
         arrow = entity.arrows.add(

@@ -34,6 +34,7 @@ class Log:
         mjcf: The attached MJCF world; never compile it, regenerate it from `scene`.
         config: Planner, its configuration, protocol and seeds, as text.
         versions: Versions of the engine and of what else the numbers depend on.
+        machine: What machine recorded it; empty where the log does not say.
         result: Outcome, detail, steps and row, as text; empty if unfinished.
         protocol: How the episode was run.
         messages: Decoded messages of each topic with their times [ns], in order.
@@ -47,6 +48,7 @@ class Log:
     mjcf: str
     config: dict[str, str]
     versions: dict[str, str]
+    machine: dict[str, str]
     result: dict[str, str]
     protocol: Protocol
     messages: dict[str, list[tuple[int, Any]]]
@@ -119,6 +121,7 @@ def read_log(path: str | Path) -> Log:
         mjcf=raw.attachments[WORLD_NAME].decode(errors="replace"),
         config=raw.metadata.get("config", {}),
         versions=raw.metadata.get("versions", {}),
+        machine=raw.metadata.get("machine", {}),
         result=raw.metadata.get("result", {}),
         protocol=_protocol(raw, path),
         messages=messages,

@@ -22,6 +22,7 @@ from beacon_mj.interface import Observation, PlannerInfo
 from beacon_mj.recording import drawing, encoding, events, provenance
 from beacon_mj.recording.container import PACKED
 from beacon_mj.recording.drawing import NS
+from beacon_mj.recording.machine import machine
 from beacon_mj.recording.messages import schema_data
 from beacon_mj.recording.schemas import SCENE_NAME, TOPICS, WORLD_NAME
 from beacon_mj.recording.writer import LogWriter
@@ -118,6 +119,7 @@ class Recorder:
         config = provenance.config(trace, self._planner_config, self._seed)
         self._writer.put(Metadata("config", config))
         self._writer.put(Metadata("versions", versions))
+        self._writer.put(Metadata("machine", machine()))
         self._writer.put(Metadata("attachments", digests))
         for name, data in attachments.items():
             packed = gzip.compress(data, compresslevel=6, mtime=0)

@@ -37,6 +37,8 @@ RowOf = Callable[[Trace], Mapping[str, Any]]
 #: Outcomes that are acts of the planner, or of a step that left no record.
 _UNREPEATABLE = ("planner_error", "simulation_error")
 _ENGINE = ("mujoco", "machine")
+#: Metadata that may differ between equal recordings: who recorded, and where.
+_RECORDER = ("versions", "machine")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -214,7 +216,7 @@ def _fixed(record: McapRecord, row: RowOf | None) -> Iterator[Essence]:
     """Yield attachments and metadata; versions may differ, and so may no row."""
     if isinstance(record, Attachment):
         yield f"attachment {record.name}", 0, record.data
-    elif isinstance(record, Metadata) and record.name != "versions":
+    elif isinstance(record, Metadata) and record.name not in _RECORDER:
         data = dict(record.metadata)
         if row is None:
             data.pop("row", None)

@@ -74,7 +74,7 @@ def _check_obstacles(scene: Scene) -> None:
                 f"Obstacle {o.id!r}: expected break_force_n for class 'fragile' and "
                 f"for no other but it was {o.break_force_n} for {o.interaction!r}."
             )
-        if sum(o.perceived.scores) <= 0.0:
+        if math.fsum(o.perceived.scores) <= 0.0:
             raise SceneError(
                 f"Obstacle {o.id!r}: expected perceived.scores to have a positive sum "
                 f"but they were {o.perceived.scores}."
@@ -113,7 +113,7 @@ def _check_shape(o: Obstacle) -> None:
 
 def _check_hulls(name: str, shape: shapes.Hulls) -> None:
     try:
-        volume = sum(shapes.hull_volume(np.array(part)) for part in shape.parts_m)
+        volume = math.fsum(shapes.hull_volume(np.array(part)) for part in shape.parts_m)
     except ValueError as error:
         raise SceneError(
             f"Obstacle {name!r}: expected every part of parts_m to be a solid but one "

@@ -17,6 +17,7 @@ from beacon_mj.geometry import (
     convex_hull,
     polygon_area,
 )
+from beacon_mj.numerics import angles_of, rotated_3d, unit_vectors
 
 Length = Annotated[float, Meta(gt=0.0, le=10.0)]
 Coordinate = Annotated[float, Meta(ge=-100.0, le=100.0)]
@@ -45,7 +46,7 @@ class Sphere(_Shape, frozen=True, kw_only=True):
     @property
     def volume_m3(self) -> float:
         """Volume [m^3]."""
-        return 4.0 / 3.0 * math.pi * self.radius_m**3
+        return 4.0 / 3.0 * math.pi * (self.radius_m * self.radius_m * self.radius_m)
 
     def core(self) -> tuple[Array, float]:
         """Return 3-D core points (k, 3) and rounding radius [m]."""
@@ -79,12 +80,12 @@ class Cylinder(_Shape, frozen=True, kw_only=True):
     @property
     def volume_m3(self) -> float:
         """Volume [m^3]."""
-        return math.pi * self.radius_m**2 * self.height_m
+        return math.pi * (self.radius_m * self.radius_m) * self.height_m
 
     def core(self) -> tuple[Array, float]:
         """Return 3-D core points (k, 3) and rounding radius [m], rim as facets."""
         angle = np.arange(RIM_FACETS) * (2.0 * math.pi / RIM_FACETS)
-        rim = self.radius_m * np.column_stack([np.cos(angle), np.sin(angle)])
+        rim = self.radius_m * unit_vectors(angle)
         return _extrude(rim, self.height_m)
 
 
@@ -108,7 +109,8 @@ class Capsule(_Shape, frozen=True, kw_only=True):
     def volume_m3(self) -> float:
         """Volume [m^3]."""
         straight = 2.0 * self.half_axis_m
-        return math.pi * self.radius_m**2 * (4.0 / 3.0 * self.radius_m + straight)
+        disc = math.pi * (self.radius_m * self.radius_m)
+        return disc * (4.0 / 3.0 * self.radius_m + straight)
 
     def core(self) -> tuple[Array, float]:
         """Return 3-D core points (k, 3) and rounding radius [m]."""
@@ -188,7 +190,7 @@ def footprint(shape: Shape) -> Footprint:
 def tilted_footprint(shape: Shape, rotation: Array) -> Footprint:
     """Return the shadow of a shape turned by `rotation` (3, 3), about its origin."""
     points, radius = shape.core()
-    return Footprint(convex_hull((points @ rotation.T)[:, :2]), radius)
+    return Footprint(convex_hull(rotated_3d(points, rotation)[:, :2]), radius)
 
 
 def hull_volume(points: Array) -> float:
@@ -214,7 +216,7 @@ def is_convex_ccw(vertices: Array) -> bool:
     edges = np.roll(vertices, -1, axis=0) - vertices
     following = np.roll(edges, -1, axis=0)
     cross = edges[:, 0] * following[:, 1] - edges[:, 1] * following[:, 0]
-    turns = np.arctan2(cross, (edges * following).sum(axis=1))
+    turns = angles_of(np.column_stack([(edges * following).sum(axis=1), cross]))
     return bool((cross > 0.0).all() and turns.sum() < 3.0 * math.pi)
 
 

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from beacon_mj.geometry import Array, Footprint, Footprints
+from beacon_mj.numerics import norms
 from beacon_mj.scene import Scene, shapes
 
 _UPRIGHT = math.cos(math.radians(5.0))
@@ -66,11 +67,12 @@ class Bodies:
             self.outlines[i] = self._outline(int(i))
         if len(changed):
             self.footprints = Footprints.stack(self.outlines)
-        return np.asarray(np.hypot(*(self.poses[:, :2] - before[:, :2]).T))
+        return norms(self.poses[:, :2] - before[:, :2])
 
     def newly_toppled(self) -> NDArray[np.int64]:
         """Return the standing shapes that have fallen over since the last call."""
-        uprightness = 1.0 - 2.0 * (self.poses[:, 4] ** 2 + self.poses[:, 5] ** 2)
+        x, y = self.poses[:, 4], self.poses[:, 5]
+        uprightness = 1.0 - 2.0 * (x * x + y * y)
         fallen = (uprightness < _TOPPLED) & ~self._fallen
         self._fallen |= fallen
         return np.flatnonzero(fallen & self._stands)

@@ -5,6 +5,7 @@ import numpy as np
 
 from beacon_mj.geometry import Array
 from beacon_mj.jit import kernel
+from beacon_mj.numerics import norm
 from beacon_mj.scene import Robot
 from beacon_mj.scene_gen.mjcf import ACROSS_SHARE, BUMPER_MASS_SHARE
 
@@ -28,7 +29,7 @@ class Drive:
 
     def limited(self, velocity_mps: Array) -> Array:
         """Return a command scaled down to the robot's speed, shape (2,) [m/s]."""
-        speed, limit = float(np.hypot(*velocity_mps)), self._robot.speed_mps
+        speed, limit = norm(velocity_mps), self._robot.speed_mps
         return velocity_mps * (limit / speed) if speed > limit else velocity_mps
 
     def command(self, velocity_mps: Array) -> None:
@@ -47,7 +48,7 @@ class Drive:
     @property
     def effort(self) -> float:
         """Drive force over its limit, in [0, 1]."""
-        force = float(np.hypot(*self._data.actuator_force))
+        force = norm(self._data.actuator_force)
         return min(1.0, force / self._robot.force_max_n)
 
     def step_work_j(self) -> float:
@@ -69,7 +70,7 @@ class Drive:
         vx, vy, rx, ry = self._data.qvel[:4]
         sx, sy = self._data.qpos[2:4]
         base = (self._robot.mass_kg - self._ring_kg) * (vx * vx + vy * vy)
-        ring = self._ring_kg * ((vx + rx) ** 2 + (vy + ry) ** 2)
+        ring = self._ring_kg * ((vx + rx) * (vx + rx) + (vy + ry) * (vy + ry))
         springs = self._robot.bumper_stiffness_npm * (sx * sx + sy * sy)
         return float(0.5 * (base + ring + springs))
 
@@ -80,10 +81,10 @@ class Drive:
         little to change, the direction of the command, in which the robot pushes.
         """
         change = command - self._data.qvel[:2]
-        size = float(np.hypot(*change))
+        size = norm(change)
         if size > 0.05:
             return np.asarray(change / size)
-        speed = float(np.hypot(*command))
+        speed = norm(command)
         return command / speed if speed > 1e-9 else self.axis
 
 

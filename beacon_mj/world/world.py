@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from beacon_mj.errors import BeaconError, SceneError
 from beacon_mj.geometry import Array, Footprint, Footprints
+from beacon_mj.numerics import norm
 from beacon_mj.scene import Scene
 from beacon_mj.scene_gen.mjcf import TIMESTEP_S, scene_mjcf
 from beacon_mj.world import contacts as ct
@@ -208,7 +209,7 @@ class World:
         gap = min(x - west, east - x, y - south, north - y)
         if len(self.footprints):
             gap = min(gap, self.footprints.distance(position).min())
-        fastest = max(float(np.hypot(*self.velocity_mps)), float(np.hypot(*command)))
+        fastest = max(norm(self.velocity_mps), norm(command))
         reach = gap - self.scene.robot.radius_m - _REACH_M
         return int(reach / max(fastest * self._timestep_s, 1e-9))
 

@@ -42,7 +42,7 @@ def brier(p: Probabilities, truth: int) -> float:
 
     Brier, "Verification of forecasts expressed in terms of probability", 1950.
     """
-    return sum((q - (c == truth)) ** 2 for c, q in enumerate(p))
+    return math.fsum((q - (c == truth)) * (q - (c == truth)) for c, q in enumerate(p))
 
 
 def log_loss(p: Probabilities, truth: int) -> float:
@@ -98,7 +98,7 @@ def _is_distribution(p: Probabilities) -> bool:
     return (
         len(p) == len(CLASSES)
         and all(0.0 <= q <= 1.0 + 1e-6 for q in p)
-        and abs(sum(p) - 1.0) < 1e-6
+        and abs(math.fsum(p) - 1.0) < 1e-6
     )
 
 

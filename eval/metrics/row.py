@@ -4,10 +4,13 @@
 undefined, such as a Brier score of a planner without a belief.
 """
 
+import hashlib
+from collections.abc import Iterable
 from typing import Any
 
 import msgspec
 
+from beacon_mj.constants import WALL_CLOCK_COLUMNS
 from beacon_mj.episode.trace import Outcome
 from beacon_mj.scene import Profile
 
@@ -81,3 +84,20 @@ class Row(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True)
 
 
 COLUMNS: tuple[str, ...] = Row.__struct_fields__
+
+
+def rows_sha256(rows: Iterable[Row]) -> str:
+    """Return the SHA-256 of a table's rows: equal on every machine.
+
+    It is over one line of JSON a row, in canonical order: its columns in their order
+    but for the wall-clock ones, floats with all their digits.
+
+    Args:
+        rows: Rows of a run, in any order.
+    """
+    digest = hashlib.sha256()
+    for row in sorted(rows, key=lambda row: row.key):
+        columns = row.as_dict()
+        stable = {k: columns[k] for k in COLUMNS if k not in WALL_CLOCK_COLUMNS}
+        digest.update(msgspec.json.encode(stable) + b"\n")
+    return digest.hexdigest()

@@ -62,7 +62,7 @@ def markdown(run: Results) -> str:
     planners = _ordered(run, summary["tables"])
     families = list(dict.fromkeys(f for own in planners.values() for f in own))
     parts = [
-        _provenance(run, summary["episodes"], planners),
+        _provenance(run, summary, planners),
         _table_2(planners),
         *(_family(planners, name) for name in families if name != OVERALL),
         _table_3(planners),
@@ -77,14 +77,16 @@ def _ordered(run: Results, cells: dict[str, Any]) -> dict[str, Any]:
     return {name: cells[name] for name in (*paper, *others)}
 
 
-def _provenance(run: Results, episodes: int, planners: dict[str, Any]) -> str:
+def _provenance(run: Results, summary: dict[str, Any], planners: dict[str, Any]) -> str:
     versions = run.config.versions
     used = ", ".join(f"{k} {versions[k]}" for k in ("beacon-mj", "mujoco", "python"))
     n = max(cells[OVERALL]["n"] for cells in planners.values())
     return (
-        f"{episodes} episodes: {len(planners)} planners on {n} scenes; {used}. "
+        f"{summary['episodes']} episodes: {len(planners)} planners on {n} scenes; "
+        f"{used}. "
         "Brackets are 95 % intervals, Wilson's for rates and BCa bootstrap by scene "
-        f"for means.\n\n```sh\n{command_of(run.config)}\n```\n"
+        f"for means. SHA-256 of the rows: `{summary['rows_sha256']}`.\n\n"
+        f"```sh\n{command_of(run.config)}\n```\n"
     )
 
 

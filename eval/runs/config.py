@@ -65,6 +65,7 @@ class RunConfig(msgspec.Struct, frozen=True, kw_only=True):
         log: Which episodes leave a log.
         versions: Of everything that may change a number.
         shard: Which part of the scenes runs; None for all.
+        machines: What machines ran it; no option, for rows do not depend on it.
     """
 
     schema: int = SCHEMA
@@ -79,6 +80,7 @@ class RunConfig(msgspec.Struct, frozen=True, kw_only=True):
     log: Logging
     versions: dict[str, str]
     shard: Shard | None = None
+    machines: tuple[dict[str, str], ...] = ()
 
     def protocol_of(self, planner: str) -> Protocol:
         """Return how the episodes of a planner are run."""

@@ -25,6 +25,8 @@ CONFIG, LINES, TABLE, SUMMARY = (
     "summary.json",
 )
 
+Machines = tuple[dict[str, str], ...]
+
 
 class RunFolder:
     """One folder on disk that holds one run."""
@@ -32,6 +34,7 @@ class RunFolder:
     def __init__(self, path: Path) -> None:
         """Stand for the run folder at `path`; `create` or `resume` opens it."""
         self.path = path
+        self._machines: Machines = ()
 
     def create(self, config: RunConfig) -> None:
         """Make the folder and write the configuration.
@@ -44,10 +47,12 @@ class RunFolder:
                 f"{self.path}: expected a new or empty folder but it holds files. "
                 "Use --resume to go on with its run, or another --out."
             )
+        self._machines = config.machines or (_here(),)
         try:
             self.path.mkdir(parents=True, exist_ok=True)
             (self.path / LINES).touch()
-            self._write(CONFIG, _pretty(config))
+            noted = msgspec.structs.replace(config, machines=self._machines)
+            self._write(CONFIG, _pretty(noted))
         except OSError as error:
             raise RunError(f"{self.path}: cannot be written: {_why(error)}.") from error
 
@@ -77,6 +82,7 @@ class RunFolder:
         rows, whole = _read_lines(self.path / LINES)
         try:
             os.truncate(self.path / LINES, whole)
+            self._went_on(before)
         except OSError as error:
             raise RunError(f"{self.path}: cannot be written: {_why(error)}.") from error
         return rows
@@ -100,10 +106,18 @@ class RunFolder:
         """Write the table, the summary, and the scenes' hashes."""
         ordered = sorted(rows, key=lambda row: row.key)
         scenes = {r.scene_name: r.scene_sha256 for r in ordered}
+        config = msgspec.structs.replace(config, machines=self._machines)
         whole = msgspec.to_builtins(config) | {"scene_sha256": scenes}
         self._write(CONFIG, _pretty(whole))
         self._write(SUMMARY, _pretty(summary))
         write_table(rows, self.path / TABLE, config)
+
+    def _went_on(self, before: RunConfig) -> None:
+        """Note this machine in the configuration, if it is another one."""
+        self._machines = distinct_machines((*before.machines, _here()))
+        if self._machines != before.machines:
+            noted = msgspec.structs.replace(before, machines=self._machines)
+            self._write(CONFIG, _pretty(noted))
 
     def _write(self, name: str, data: bytes) -> None:
         """Write a file so that it is there whole or not at all."""
@@ -192,9 +206,12 @@ def _read_lines(path: Path) -> tuple[list[Row], int]:
 
 
 def difference(before: RunConfig, now: RunConfig) -> str | None:
-    """Return the first option that differs, or None; a run may change its logging."""
+    """Return the first option that differs, or None.
+
+    A run may change its logging, and go on with another machine.
+    """
     for name in RunConfig.__struct_fields__:
-        if name != "log" and _text(before, name) != _text(now, name):
+        if name not in ("log", "machines") and _text(before, name) != _text(now, name):
             return name
     return None
 
@@ -210,3 +227,14 @@ def _pretty(value: Any) -> bytes:
 
 def _why(error: OSError) -> str:
     return error.strerror or str(error)
+
+
+def distinct_machines(machines: Iterable[dict[str, str]]) -> Machines:
+    """Return each machine once, in order."""
+    return tuple({tuple(found.items()): found for found in machines}.values())
+
+
+def _here() -> dict[str, str]:
+    from beacon_mj.recording.machine import machine  # Not paid for by `--help`.
+
+    return machine()

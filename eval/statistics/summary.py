@@ -12,7 +12,7 @@ from typing import Any, get_args
 import numpy as np
 
 from beacon_mj.episode.trace import Outcome
-from beacon_mj.eval.metrics.row import Row
+from beacon_mj.eval.metrics.row import Row, rows_sha256
 from beacon_mj.eval.statistics.bootstrap import bca_intervals
 from beacon_mj.eval.statistics.intervals import wilson_interval
 
@@ -66,6 +66,7 @@ def summarize(rows: Sequence[Row]) -> Summary:
     planners = dict.fromkeys(row.planner for row in ordered)
     return {
         "episodes": len(ordered),
+        "rows_sha256": rows_sha256(ordered),
         "tables": {
             p: _planner([r for r in ordered if r.planner == p]) for p in planners
         },

@@ -11,7 +11,13 @@ import msgspec
 from beacon_mj.errors import RunError
 from beacon_mj.eval.metrics.row import Row
 from beacon_mj.eval.runs.config import RunConfig, scene_refs
-from beacon_mj.eval.runs.run_folder import RunFolder, difference, load_config, load_rows
+from beacon_mj.eval.runs.run_folder import (
+    RunFolder,
+    difference,
+    distinct_machines,
+    load_config,
+    load_rows,
+)
 from beacon_mj.eval.runs.runner import plan
 from beacon_mj.eval.runs.shards import Shard
 from beacon_mj.eval.statistics.summary import summarize
@@ -36,7 +42,11 @@ def merge(out: Path, folders: Sequence[Path]) -> list[Row]:
     _check_same(configs)
     rows = [row for path in configs for row in _finished(path, configs[path])]
     rows.sort(key=lambda row: row.key)
-    config = msgspec.structs.replace(next(iter(configs.values())), shard=None)
+    config = msgspec.structs.replace(
+        next(iter(configs.values())),
+        shard=None,
+        machines=distinct_machines(m for c in configs.values() for m in c.machines),
+    )
     folder = RunFolder(out)
     folder.create(config)
     folder.append(rows)

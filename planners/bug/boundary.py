@@ -20,6 +20,7 @@ import numpy as np
 from beacon_mj.geometry import Array
 from beacon_mj.interface import Command, Observation, PlannerInfo, Task
 from beacon_mj.motion.path_tracking import Tracking, follow, remainder
+from beacon_mj.numerics import norm
 from beacon_mj.planners.base import Planner
 from beacon_mj.planners.bug.free_space import Contour, FreeSpace
 from beacon_mj.planners.checks import expect, expect_between
@@ -143,7 +144,7 @@ class BoundaryPlanner(Planner[BugConfig]):
         """Straight line towards the goal, as far as it is free."""
         goal = self._task.goal_m
         away = goal - at
-        length = float(np.hypot(*away))
+        length = norm(away)
         clear = self._free.ray(at, goal, self.config.tolerance_m)
         self._clear_m = clear if clear < length else np.inf
         return np.stack([at, at + away * min(clear / max(length, 1e-9), 1.0)])

@@ -14,6 +14,7 @@ import shapely
 
 from beacon_mj.geometry import Array, Footprints, segment_lengths, signed_distance
 from beacon_mj.jit import kernel
+from beacon_mj.numerics import norms
 
 #: Facets per quarter circle of the dilated footprints: 0.2 mm off at 0.14 m.
 _QUAD_SEGMENTS = 16
@@ -112,7 +113,7 @@ class FreeSpace:
             Truth values, shape (q,).
         """
         away = goal - points
-        ahead = away / np.maximum(np.hypot(*away.T), 1e-9)[:, None]
+        ahead = away / np.maximum(norms(away), 1e-9)[:, None]
         # So near that another contour across a narrow gap is not reached.
         just_ahead = points + 1e-5 * ahead
         return np.asarray(shapely.contains_xy(self.region, just_ahead))

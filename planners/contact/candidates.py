@@ -8,6 +8,7 @@ import numpy as np
 
 from beacon_mj.geometry import Array, Footprint, Footprints, signed_distance
 from beacon_mj.interface import Observation, SensedObstacle, Task
+from beacon_mj.numerics import angles_of, dot, norm, norms
 from beacon_mj.planners.contact.cost_map import Crossing
 from beacon_mj.planners.contact.push_model import Cascade, PushWorld
 
@@ -54,8 +55,8 @@ class PushPlan:
 
     def lead_m(self, position: Array) -> float:
         """Return how far the robot at `position` (2,) drives until it touches [m]."""
-        way = float(np.hypot(*(self.approach_m - position)))
-        return way + float(np.hypot(*(self.touch_m - self.approach_m)))
+        way = norm(self.approach_m - position)
+        return way + norm(self.touch_m - self.approach_m)
 
     def lead_s(self, position: Array, task: Task) -> float:
         """Return how long that takes: full speed, then a period to touch in [s]."""
@@ -107,7 +108,7 @@ def _headings(
     headings = [main + turn for turn in fan]
     if len(vertices) > 1:
         edges = np.roll(vertices, -1, axis=0) - vertices
-        inward = np.arctan2(edges[:, 0], -edges[:, 1])
+        inward = angles_of(np.column_stack([-edges[:, 1], edges[:, 0]]))
         turns = (inward - main + math.pi) % (2.0 * math.pi) - math.pi
         headings += [float(main + t) for t in turns if abs(t) < math.radians(50.0)]
     return headings
@@ -130,7 +131,7 @@ def _plan(
     approach = touch - STANDOFF_M * direction
     if not _stands_free(observation, task, approach, touch, index):
         return None
-    through = float((crossing.exit_m - touch) @ direction)
+    through = dot(crossing.exit_m - touch, direction)
     travel = min(max(through, 0.0) + FOLLOW_THROUGH_M, _LONGEST_M)
     if _lands_on_goal(obstacle.footprint, travel * direction, task):
         return None
@@ -163,7 +164,7 @@ def touching_point(
         direction: Unit vector of that motion, shape (2,).
         disc_m: Radius of the disc [m].
     """
-    reach = float(np.hypot(*(vertices - centroid).T).max()) + radius + disc_m
+    reach = float(norms(vertices - centroid).max()) + radius + disc_m
     near, far = 0.0, reach + 0.01
     for _ in range(30):
         middle = 0.5 * (near + far)
@@ -208,8 +209,8 @@ def nearby(observation: Observation, index: int, reach_m: float) -> list[int]:
     """
     vertices = observation.footprints.vertices
     centres = vertices.mean(axis=1)
-    spread = np.hypot(*np.moveaxis(vertices - centres[:, None], 2, 0)).max(axis=1)
+    spread = norms(vertices - centres[:, None]).max(axis=1)
     reach = spread + observation.footprints.radius
-    apart = np.hypot(*(centres - centres[index]).T)
+    apart = norms(centres - centres[index])
     near = np.flatnonzero(apart <= reach + reach[index] + reach_m)
     return [index, *(int(i) for i in near if i != index)]

@@ -10,6 +10,7 @@ import numpy as np
 from beacon_mj.geometry import Array
 from beacon_mj.interface import Observation, SensedObstacle, Task
 from beacon_mj.motion.detour import FreeRoute
+from beacon_mj.numerics import norm, rotated
 from beacon_mj.planners.contact.candidates import PushPlan, nearby
 from beacon_mj.planners.contact.push_model import PushWorld
 
@@ -29,8 +30,8 @@ def way_is_clear(
 ) -> bool:
     """Whether the disc can now go on freely, about as directly as planned."""
     free.update(observation)
-    ahead = float(np.hypot(*(plan.end_m - observation.position_m)))
-    onward = float(np.hypot(*(task.goal_m - plan.end_m)))
+    ahead = norm(plan.end_m - observation.position_m)
+    onward = norm(task.goal_m - plan.end_m)
     return free.length_m < ahead + onward + _CLEAR_SLACK_M
 
 
@@ -46,7 +47,7 @@ def next_in_chain(
     world = PushWorld([observation.obstacles[i] for i in near])
     moved: dict[int, None] = {}
     for turn in _TURNS:
-        travel = _LOOK_AHEAD_M * _turned(plan.direction, turn)
+        travel = _LOOK_AHEAD_M * rotated(plan.direction, turn)
         cascade = world.cascade(
             0, travel, lambda i: 0.0, task.force_max_n, lambda i: False
         )

@@ -19,6 +19,7 @@ from beacon_mj.interface import (
 )
 from beacon_mj.motion.path_tracking import follow
 from beacon_mj.motion.visibility_graph import shortest_path
+from beacon_mj.numerics import dot, norm
 from beacon_mj.planners.contact.candidates import PushPlan, segment_is_clear
 from beacon_mj.planners.contact.limits import PushLimits
 
@@ -157,9 +158,9 @@ class PushController:
         drive = 2.0 * task.force_max_n / task.mass_kg
         gap = observation.footprints.distance(observation.position_m)[self.plan.index]
         speed = np.linspace(touch, max(task.speed_mps, touch), 32)
-        change = float(observation.velocity_mps @ self.plan.direction) - speed
+        change = dot(observation.velocity_mps, self.plan.direction) - speed
         advance = speed * task.control_period_s + change * np.abs(change) / drive
-        needed = advance + (speed**2 - touch**2) / drive
+        needed = advance + (speed * speed - touch * touch) / drive
         fits = needed <= gap - task.radius_m - _CLOSE_M
         return float(speed[fits].max(initial=touch))
 
@@ -168,7 +169,7 @@ class PushController:
         self._measure(observation)
         self._lost = 0 if self._touches(observation) else self._lost + 1
         period = self._task.control_period_s
-        force = float(np.hypot(*observation.bumper_force_n))
+        force = norm(observation.bumper_force_n)
         if self._speed <= _CRAWL_MPS:
             # What a crawl takes is friction, at any speed; only more is a blow.
             self._force_limit_n = max(self._force_limit_n, _STEADY * force)
@@ -186,7 +187,7 @@ class PushController:
     def _measure(self, observation: Observation) -> None:
         """Keep count of travel and of steps without any."""
         here = observation.position_m
-        travelled = 0.0 if self._last is None else float(np.hypot(*(here - self._last)))
+        travelled = 0.0 if self._last is None else norm(here - self._last)
         self._last = here
         self.pushed_m += travelled
         crawling = travelled < 0.004 and self._since > 3
@@ -197,7 +198,7 @@ class PushController:
         u = self.plan.direction
         across = np.array([-u[1], u[0]])
         centroid = self.obstacle(observation).centroid_m
-        offset = float((observation.position_m - centroid) @ across)
+        offset = dot(observation.position_m - centroid, across)
         sideways = float(np.clip(-2.0 * offset, -0.6 * speed, 0.6 * speed))
         velocity = speed * u + sideways * across
         return self._clear_of_others(observation, velocity)
@@ -213,9 +214,9 @@ class PushController:
             if int(i) in moved:
                 continue
             away = here - near[i]
-            size = float(np.hypot(*away))
+            size = norm(away)
             normal = away / max(size, 1e-9)
-            into = float(velocity @ normal)
+            into = dot(velocity, normal)
             if into < 0.0:
                 velocity = velocity - into * normal
         return velocity

@@ -6,6 +6,7 @@ from beacon_mj.geometry import Array
 from beacon_mj.interface import Observation, Task
 from beacon_mj.motion.dstar_lite import dijkstra
 from beacon_mj.motion.grid import ClearanceField, Grid
+from beacon_mj.numerics import norms
 
 _CELL_M = 0.05
 _MARGIN_M = 0.005  #: Room that a way must leave beside the disc [m].
@@ -58,7 +59,7 @@ class TravelTimes:
     def from_point(self, point: Array) -> float:
         """Return the time to the goal from near a point (2,) [s], inf if cut off."""
         cells = self._grid.disc(point, _NEAR_M)
-        away = np.hypot(*(self._grid.centres(cells) - point).T) / self._task.speed_mps
+        away = norms(self._grid.centres(cells) - point) / self._task.speed_mps
         return float((self._seconds[cells] + away).min(initial=np.inf))
 
     def _nearest_free(self, point: Array, free: np.ndarray) -> int:

@@ -47,10 +47,10 @@ def decide(
         margin: Margin of the detour (m_detour); a larger one favours pushing.
     """
     terms, plan = min(
-        pushes, key=lambda push: sum(push[0].values()), default=({}, None)
+        pushes, key=lambda push: math.fsum(push[0].values()), default=({}, None)
     )
-    c_push = math.inf if plan is None else sum(terms.values())
-    c_detour = math.inf if way is None else sum(way.values())
+    c_push = math.inf if plan is None else math.fsum(terms.values())
+    c_detour = math.inf if way is None else math.fsum(way.values())
     if plan is not None and c_push - bonus < c_detour + margin:
         reason = f"Push: {c_push:.2f} against {c_detour:.2f} for the way round."
         return Decision(plan, c_push, c_detour, terms, reason)

@@ -15,6 +15,7 @@ import numpy as np
 from beacon_mj.geometry import Array
 from beacon_mj.interface import Observation, Task
 from beacon_mj.motion.detour import FreeRoute
+from beacon_mj.numerics import dot, norm
 from beacon_mj.planners.checks import expect
 from beacon_mj.planners.contact.candidates import PushPlan
 from beacon_mj.planners.contact.limits import PushLimits
@@ -104,7 +105,7 @@ def objective(
     after = q.velocity_mps if q.normal is None else _reflected(q.velocity_mps, q.normal)
     w_v = weights.w_v_floor + weights.w_v_range * (1.0 - beta)
     energy = q.push_energy_j / max(task.motion_cost_jpm, 1e-9)
-    remaining = float(np.hypot(*(q.end_m - task.goal_m)))
+    remaining = norm(q.end_m - task.goal_m)
     return {
         "pos": weights.w_p * (remaining + heading),
         "risk": weights.w_r_scale * beta * q.risk,
@@ -148,10 +149,10 @@ def detour_candidate(
     if left is None:
         return None
     corner = left[-2] if len(left) > 1 else left[-1]
-    onward = float(np.hypot(*(left[-1] - corner)))
+    onward = norm(left[-1] - corner)
     distance = max(detour.length_m - onward, 0.0)
     first = left[1] - observation.position_m if len(left) > 1 else np.zeros(2)
-    size = max(float(np.hypot(*first)), 1e-9)
+    size = max(norm(first), 1e-9)
     return Candidate(
         end_m=corner,
         velocity_mps=task.speed_mps * first / size,
@@ -163,12 +164,12 @@ def detour_candidate(
 
 def _angle(a: Array, b: Array) -> float:
     """Unsigned angle between two vectors [rad]; zero if one vanishes."""
-    norm = math.hypot(*a) * math.hypot(*b)
-    if norm < 1e-12:
+    lengths = norm(a) * norm(b)
+    if lengths < 1e-12:
         return 0.0
-    return math.acos(min(1.0, max(-1.0, float(a @ b) / norm)))
+    return math.acos(min(1.0, max(-1.0, dot(a, b) / lengths)))
 
 
 def _reflected(velocity: Array, normal: Array) -> Array:
     """Return a velocity after reflection from a contact normal."""
-    return np.asarray(velocity - 2.0 * float(velocity @ normal) * normal)
+    return np.asarray(velocity - 2.0 * dot(velocity, normal) * normal)

@@ -12,6 +12,7 @@ import numpy as np
 
 from beacon_mj.geometry import Array, Footprint, convex_hull
 from beacon_mj.interface import SensedObstacle
+from beacon_mj.numerics import norm, norms, unit_vectors
 
 #: Facets of a round footprint in the collision world.
 _FACETS = 16
@@ -78,7 +79,7 @@ class PushWorld:
         Returns:
             The cascade; it stops at the first obstacle that cannot be moved.
         """
-        distance = float(np.hypot(*travel))
+        distance = norm(travel)
         direction = travel / max(distance, 1e-12)
         reach = {first: distance}
         queue, total = [first], 0.0
@@ -97,7 +98,7 @@ class PushWorld:
 
     def _hits(self, i: int, travel: Array) -> list[tuple[int, float]]:
         """Return (index, gap [m]) of the obstacles that i would sweep into."""
-        distance = float(np.hypot(*travel))
+        distance = norm(travel)
         if distance <= 0.0:
             return []
         start = _shrunk(self._outlines[i])
@@ -141,7 +142,7 @@ def outline(footprint: Footprint) -> Array:
     if footprint.radius == 0.0:
         return footprint.vertices
     angle = np.arange(_FACETS) * (2.0 * np.pi / _FACETS)
-    rim = footprint.radius * np.column_stack([np.cos(angle), np.sin(angle)])
+    rim = footprint.radius * unit_vectors(angle)
     points = footprint.vertices[:, None, :] + rim[None, :, :]
     return convex_hull(points.reshape(-1, 2))
 
@@ -163,7 +164,7 @@ def prism(vertices: Array, height_m: float) -> fcl.Convex:
 def _shrunk(vertices: Array) -> Array:
     """Shrink a polygon a little, so that neighbours it touches do not count as hit."""
     centre = vertices.mean(axis=0)
-    spread = np.hypot(*(vertices - centre).T).max()
+    spread = norms(vertices - centre).max()
     return np.asarray(centre + (vertices - centre) * (1.0 - _GRAZE_M / spread))
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from beacon_mj.geometry import Array
 from beacon_mj.interface import Task
+from beacon_mj.numerics import norms
 from beacon_mj.planners.contact.candidates import touching_point
 from beacon_mj.planners.contact.push_model import gentle_speed_mps
 from beacon_mj.planners.oracle.truth import TrueObstacle
@@ -93,8 +94,8 @@ def _through_centroid(
 def _heading(path: Array, point: Array) -> float:
     """Return the direction of the path's segment that is nearest to a point [rad]."""
     start, step = path[:-1], np.diff(path, axis=0)
-    square = np.maximum((step**2).sum(axis=1), 1e-12)
+    square = np.maximum((step * step).sum(axis=1), 1e-12)
     t = np.clip(((point - start) * step).sum(axis=1) / square, 0.0, 1.0)
-    gap = np.hypot(*(start + t[:, None] * step - point).T)
+    gap = norms(start + t[:, None] * step - point)
     x, y = step[int(np.argmin(gap))]
     return math.atan2(y, x)

@@ -10,6 +10,7 @@ from beacon_mj.geometry import Array, Footprints
 from beacon_mj.interface import Command, Observation, PlannerInfo, Task
 from beacon_mj.motion.path_tracking import follow, remainder
 from beacon_mj.motion.visibility_graph import shortest_path
+from beacon_mj.numerics import norm, norms
 from beacon_mj.planners.base import Planner
 from beacon_mj.planners.recovery import Recovery, give_up
 
@@ -82,7 +83,7 @@ class RouteDriver(Planner[RouteDriverConfig]):
     def _steps_left(self, observation: Observation) -> int:
         """Return the least number of control steps to the goal."""
         task = self._task
-        distance = float(np.hypot(*(task.goal_m - observation.position_m)))
+        distance = norm(task.goal_m - observation.position_m)
         step_m = task.speed_mps * task.control_period_s
         return max(math.ceil((distance - task.goal_tolerance_m) / step_m), 1)
 
@@ -121,7 +122,7 @@ class RouteDriver(Planner[RouteDriverConfig]):
     def _ahead(self, point: Array) -> bool:
         assert self._path is not None
         left = remainder(self._path, self._progress)
-        return bool((np.hypot(*(left[1:] - point).T) < 1e-9).any())
+        return bool((norms(left[1:] - point) < 1e-9).any())
 
     def _speed(self, observation: Observation) -> float:
         """Return the speed that what is near and soft allows [m/s]."""

@@ -12,6 +12,7 @@ from mcap.records import Attachment, McapRecord, Message, Metadata
 from beacon_mj.errors import LogError
 from beacon_mj.planners.base import Planner
 from beacon_mj.recording import provenance, read_log, verify
+from beacon_mj.recording.machine import machine
 from beacon_mj.recording.messages import message
 from beacon_mj.recording.schemas import SCENE_NAME, TOPICS, WORLD_NAME
 from tests.recording.conftest import Sample
@@ -175,6 +176,14 @@ def test_other_engine_is_refused_by_name(sample: Sample, tmp_path: Path) -> None
     here = provenance.log_versions()["mujoco"]
     assert problem is not None
     assert f"recorded with mujoco 3.1.6 but this is mujoco {here}" in problem
+
+
+def test_another_machine_verifies_a_log_as_well(sample: Sample, tmp_path: Path) -> None:
+    assert read_log(sample.path).machine == machine()
+    changes = dict.fromkeys(machine(), "another")
+    _with_metadata(sample, tmp_path / "x.mcap", "machine", **changes)
+    assert read_log(tmp_path / "x.mcap").machine == changes
+    assert verify(tmp_path / "x.mcap", row).ok
 
 
 def test_unfinished_log_is_refused(sample: Sample, tmp_path: Path) -> None:

@@ -18,6 +18,7 @@ from beacon_mj.eval.runs.run_folder import (
     write_table,
 )
 from beacon_mj.eval.statistics.summary import summarize
+from beacon_mj.recording.machine import machine
 from tests.eval.runs.test_runner import configured
 from tests.eval.traces import step, trace
 
@@ -35,7 +36,8 @@ def config() -> RunConfig:
 def test_a_run_on_disk(tmp_path: Path, config: RunConfig) -> None:
     folder = RunFolder(tmp_path / "run")
     folder.create(config)
-    assert load_config(folder.path) == config
+    here = msgspec.structs.replace(config, machines=(machine(),))
+    assert load_config(folder.path) == here
     assert load_rows(folder.path) == []
     folder.append([row(1), row(0, "two")])
     folder.append([row(0)])
@@ -54,7 +56,8 @@ def test_a_run_on_disk(tmp_path: Path, config: RunConfig) -> None:
         "episodes.parquet",
         "summary.json",
     }
-    assert load_config(folder.path) == config
+    here = msgspec.structs.replace(config, machines=(machine(),))
+    assert load_config(folder.path) == here
     hashes = msgspec.json.decode((folder.path / "config.json").read_bytes())
     assert hashes["scene_sha256"] == {
         "paper_0000": row(0).scene_sha256,
@@ -108,6 +111,23 @@ def test_resuming_needs_the_same_options(tmp_path: Path, config: RunConfig) -> N
     with pytest.raises(RunError, match="but seed differs"):
         folder.resume(other)
     assert folder.resume(msgspec.structs.replace(config, log="all")) == []
+
+
+def test_a_run_goes_on_with_another_machine_and_knows_both(
+    tmp_path: Path, config: RunConfig
+) -> None:
+    other = {"cpu": "another"}
+    RunFolder(tmp_path / "run").create(
+        msgspec.structs.replace(config, machines=(other,))
+    )
+    folder = RunFolder(tmp_path / "run")
+    assert folder.resume(config) == []
+    assert load_config(folder.path).machines == (other, machine())
+    folder.append([row(0)])
+    folder.finish(config, [row(0)], {})
+    assert load_config(folder.path).machines == (other, machine())
+    assert RunFolder(folder.path).resume(config) == [row(0)]
+    assert load_config(folder.path).machines == (other, machine())
 
 
 @pytest.mark.parametrize("planner", ["beacon", "push-through"])

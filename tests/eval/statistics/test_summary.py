@@ -1,10 +1,12 @@
 """The tables of a run."""
 
+import math
+
 import msgspec
 import pytest
 
 from beacon_mj.eval.metrics.measure import measure
-from beacon_mj.eval.metrics.row import Row
+from beacon_mj.eval.metrics.row import Row, rows_sha256
 from beacon_mj.eval.statistics.intervals import wilson_interval
 from beacon_mj.eval.statistics.summary import summarize
 from tests.eval.traces import step, trace
@@ -67,3 +69,18 @@ def test_a_planner_that_never_succeeds_still_has_its_tables() -> None:
     assert (cell["success"]["count"], cell["success"]["n"]) == (0, 1)
     assert cell["mean_over_successes"]["path_length_m"]["mean"] is None
     assert msgspec.json.decode(msgspec.json.encode(summary)) == summary
+
+
+def test_the_digest_of_rows_is_of_their_numbers_and_not_of_the_clock() -> None:
+    rows = [row("one", 0, True, 4.0), row("two", 1, False, 10.0)]
+    digest = rows_sha256(rows)
+    assert summarize(rows)["rows_sha256"] == digest
+    assert rows_sha256(rows[::-1]) == digest
+    slower = [
+        msgspec.structs.replace(r, wall_time_s=9.0, plan_ms_p50=1.0) for r in rows
+    ]
+    assert rows_sha256(slower) == digest
+    last_bit = math.nextafter(rows[0].path_length_m, math.inf)
+    other = msgspec.structs.replace(rows[0], path_length_m=last_bit)
+    assert rows_sha256([other, rows[1]]) != digest
+    assert rows_sha256(rows[:1]) != digest
