@@ -163,7 +163,7 @@ class PlannerInfo:
         path_m: Planned path, shape (m, 2) [m].
         beliefs: Class probabilities of each obstacle known to the planner.
         replanned: Whether the path was planned anew in this step.
-        expansions: Vertices that the search expanded in this step.
+        expansions: Grid vertices that all searches together expanded in this step.
     """
 
     action: Action = "move"

@@ -5,7 +5,6 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import ClassVar
 
 import numpy as np
 
@@ -47,7 +46,7 @@ class ClairvoyantConfig:
         expect_between("worthwhile_steps", self.worthwhile_steps, 0.0, 1000.0)
 
 
-class Clairvoyant(Oracle):
+class Clairvoyant(Oracle[ClairvoyantConfig]):
     """Least time among the damage-free ways, found by branch and bound in the world.
 
     A node is a set P of obstacles that may be pushed; its way is the shortest path of
@@ -68,8 +67,7 @@ class Clairvoyant(Oracle):
     the shortest path. Energy is not minimised.
     """
 
-    Config: ClassVar[type[ClairvoyantConfig]] = ClairvoyantConfig
-    config: ClairvoyantConfig
+    Config = ClairvoyantConfig
     _truth: Truth | None = None
 
     def set_truth(self, truth: Truth) -> None:

@@ -161,16 +161,13 @@ def _member(spec: str, module: ModuleType, name: str) -> type[Planner]:
     if not (inspect.isclass(found) and issubclass(found, Planner)):
         planners = [n for n, value in vars(module).items() if _is_planner(value)]
         raise PlannerError(f"{spec}: {unknown('planner class', name, planners)}")
-    missing = sorted(found.__abstractmethods__)
-    if not hasattr(found, "Config"):
-        missing.append("Config")
-    if missing:
+    if missing := found.missing():
         raise PlannerError(
-            f"{spec}: expected a planner with reset(), act() and a Config dataclass "
-            f"but it lacks {', '.join(missing)}."
+            f"{spec}: expected a complete planner but it lacks {', '.join(missing)}."
         )
     return found
 
 
 def _is_planner(value: object) -> bool:
-    return inspect.isclass(value) and issubclass(value, Planner) and value != Planner
+    """Whether a value is a planner that can be built."""
+    return inspect.isclass(value) and issubclass(value, Planner) and not value.missing()

@@ -13,7 +13,7 @@ from tests.repository import REPOSITORY
 PAGE = (REPOSITORY / "CONTRIBUTING.md").read_text()
 COMMANDS = commands(PAGE)
 #: What is added so that an evaluation takes seconds.
-IN_SMALL = " --episodes 1 --family sparse"
+IN_SMALL = " --scenes-per-family 1 --family sparse"
 JUSTFILE = (REPOSITORY / "justfile").read_text()
 
 

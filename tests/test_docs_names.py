@@ -17,7 +17,9 @@ FOLDERS = ("beacon_mj", "eval", "planners", "scene_gen", "mjcf_templates")
 #: Files that the reader writes, or that a run writes under a number.
 READERS = re.compile(r"(mine|file|layouts)\.py|scene_\d+\.(json|xml)")
 #: Words of other programs.
-FOREIGN = {"use_sim_time"}
+FOREIGN = {"use_sim_time", "DeprecationWarning"}
+#: Names that are no modules: groups of entry points.
+GROUPS = {"beacon_mj.layouts"}
 
 NAME = r"[A-Za-z_]\w*"
 DOTTED = re.compile(rf"beacon_mj(\.{NAME})+(?=$|\()")
@@ -73,6 +75,8 @@ def definitions() -> tuple[frozenset[str], dict[str, frozenset[str]]]:
 def missing(name: str) -> str | None:
     """Return what is not there of a name, or None."""
     callables, members = definitions()
+    if name in GROUPS:
+        return None
     if dotted := DOTTED.match(name):
         if dotted.group().removeprefix("beacon_mj.") not in BEACON:
             try:

@@ -14,7 +14,7 @@ from beacon_mj.scene_gen.generate import generate_scene
 from tests.repository import REPOSITORY
 
 TEXT = (REPOSITORY / "docs" / "families.md").read_text()
-IN_SMALL = "--episodes 2 --out run --json"
+IN_SMALL = "--scenes-per-family 2 --out run --json"
 
 
 def files(text: str) -> dict[str, str]:

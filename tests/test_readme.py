@@ -13,7 +13,7 @@ from tests.repository import REPOSITORY
 
 README = (REPOSITORY / "README.md").read_text()
 #: The command that makes the published table takes minutes: run it in small.
-IN_SMALL = {"beacon-mj eval --planner all --out runs/table": " --episodes 1"}
+IN_SMALL = {"beacon-mj eval --planner all --out runs/table": " -n 1"}
 
 
 @pytest.fixture(scope="module")

@@ -1,6 +1,6 @@
 """The command line, `beacon-mj`.
 
-Exit status: 0 done, 1 a check failed, 2 bad input, 130 interrupted.
+Exit status: 0 done, 1 a check failed, 2 bad input, 130 interrupted, 143 terminated.
 """
 
 import os
@@ -24,15 +24,19 @@ def run(arguments: Sequence[str]) -> int:
     from cyclopts import CycloptsError, UnknownCommandError
 
     from beacon_mj.cli.app import COMMANDS, LOG_COMMANDS, app
+    from beacon_mj.cli.interrupts import status_of, terminable
+    from beacon_mj.cli.renamed import check_names
     from beacon_mj.errors import BeaconError, unknown
 
     try:
-        status = app(
-            list(arguments),
-            exit_on_error=False,
-            print_error=False,
-            result_action="return_value",
-        )
+        check_names(arguments)
+        with terminable():
+            status = app(
+                list(arguments),
+                exit_on_error=False,
+                print_error=False,
+                result_action="return_value",
+            )
         sys.stdout.flush()
     except UnknownCommandError as error:
         # Its own text would import every command to list them.
@@ -48,9 +52,10 @@ def run(arguments: Sequence[str]) -> int:
         return 0
     except OSError as error:
         return _refuse(f"{error.filename or 'file system'}: {error.strerror or error}.")
-    except KeyboardInterrupt:
-        print("interrupted", file=sys.stderr)
-        return INTERRUPTED
+    except KeyboardInterrupt as stop:
+        for line in getattr(stop, "__notes__", ()) or ["interrupted"]:
+            print(line, file=sys.stderr)
+        return status_of(stop)
     return status if isinstance(status, int) else 0
 
 

@@ -7,6 +7,7 @@ from cyclopts import App, CycloptsError
 from cyclopts.config import Toml
 
 import beacon_mj
+from beacon_mj.cli.renamed import check_name
 
 COMMANDS = {
     "eval": (
@@ -31,7 +32,7 @@ COMMANDS = {
     ),
     "sweep": (
         "beacon_mj.cli.sweep:sweep",
-        "Sweep a planner's parameters, as the paper's Table I does.",
+        "Sweep a planner's parameters, by default the paper's Table I.",
     ),
     "merge": (
         "beacon_mj.cli.merge:merge",
@@ -50,10 +51,14 @@ COMMANDS = {
     "planners": ("beacon_mj.cli.planners:planners", "List the planners."),
     "replay": (
         "beacon_mj.cli.replay:replay",
-        "Look at an episode's log, or verify it.",
+        "Look at an episode's log, or measure it.",
+    ),
+    "verify": (
+        "beacon_mj.cli.verify:verify",
+        "Simulate logged episodes again, and compare.",
     ),
     "plot": (
-        "beacon_mj.cli.export:plot",
+        "beacon_mj.cli.plot:plot",
         "Draw an episode's log in one 2-D picture.",
     ),
     "export": (
@@ -61,10 +66,10 @@ COMMANDS = {
         "Write an episode's log as a ROS 2 bag.",
     ),
     "fidelity": (
-        "beacon_mj.cli.checks:fidelity",
+        "beacon_mj.cli.machine:fidelity",
         "Compare the physics with closed forms.",
     ),
-    "doctor": ("beacon_mj.cli.checks:doctor", "Say what this machine is missing."),
+    "doctor": ("beacon_mj.cli.machine:doctor", "Say what this machine is missing."),
 }
 LOG_HELP = "Recover a log, describe it, or lay it out in a viewer."
 LOG_COMMANDS = {
@@ -79,9 +84,13 @@ class OptionsFile(Toml):
 
     def _load_config(self, path: Path) -> dict[str, Any]:
         try:
-            return super()._load_config(path)
+            found = super()._load_config(path)
         except ValueError as error:
             raise CycloptsError(msg=f"{path}: not valid TOML: {error}") from error
+        for command, values in found.items():
+            for option in values if isinstance(values, dict) else ():
+                check_name(command, f"--{option}")
+        return found
 
 
 app = App(

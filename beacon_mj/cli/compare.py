@@ -5,7 +5,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from beacon_mj.cli import options
+from beacon_mj.cli import FAILED, options
 
 
 def compare(
@@ -43,6 +43,14 @@ def compare(
         later ones compared with the first.
     """
     # Only now: help must not wait for numpy and scipy.
-    from beacon_mj.cli.comparison import run_comparison
+    import beacon_mj
+    from beacon_mj.cli.views.console import remark, show, show_json
 
-    return run_comparison(runs, baseline, fail_if, common=common, json=json)
+    found = beacon_mj.compare(*runs, baseline=baseline, common=common, fail_if=fail_if)
+    remark(*(f"note: {line}" for line in found.remarks))
+    if json:
+        show_json({"comparisons": [*found], "failed": found.violations})
+    else:
+        show(found)
+    remark(*(f"failed: {line}" for line in found.violations))
+    return FAILED if found.violations else 0

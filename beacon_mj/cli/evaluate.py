@@ -1,6 +1,5 @@
-"""The options of `beacon-mj eval`."""
+"""`beacon-mj eval`."""
 
-import os
 from pathlib import Path
 from typing import Annotated
 
@@ -16,19 +15,21 @@ def evaluate(
         Parameter(
             negative=(),
             show_default=False,
+            consume_multiple=True,
             help="A name (see `beacon-mj planners`), `all` for the five of the "
-            "paper, or path/to/file.py:Class; repeatable.",
+            "paper, or path/to/file.py:Class; several, or repeated.",
         ),
     ] = (),
-    settings: options.Settings = (),
+    settings: options.SetOption = (),
+    vary: options.VaryOption = (),
     family: options.Family = (),
-    episodes: Annotated[
-        options.Count | None,
+    scenes_per_family: Annotated[
+        options.ScenesPerFamily | None,
         Parameter(help="Scenes per family; 100 by default, or all that are stored."),
     ] = None,
     seed: options.Seed = 0,
     perception: options.Perception = None,
-    scenes: Annotated[
+    scene_dir: Annotated[
         Path | None, Parameter(help="Folder of stored scenes to use.")
     ] = None,
     templates: options.Templates = None,
@@ -62,29 +63,37 @@ def evaluate(
         ),
     ] = False,
     json: options.Json = False,
-) -> int:
+) -> None:
     """Run planners through scenes: every planner crosses every scene.
 
     The run folder holds config.json, episodes.jsonl (a line for every finished
     episode), and at the end episodes.parquet and summary.json.
     """
     # Only now: help must not wait for MuJoCo and numba.
-    from beacon_mj.cli.evaluation import Request, run_evaluation
-    from beacon_mj.errors import RunError
+    import beacon_mj
+    from beacon_mj.cli.views.console import remark, show, show_json
 
-    if cluster is not None and workers is not None:
-        raise RunError("--workers: expected none with --cluster, which has its own.")
-    request = Request(
-        planner=planner,
-        settings=settings,
-        family=family,
-        episodes=episodes,
+    results = beacon_mj.evaluate(
+        planner,
+        families=family,
+        scenes_per_family=scenes_per_family,
         seed=seed,
         perception=perception,
-        scenes=scenes,
+        settings=settings,
+        vary=vary,
+        scene_dir=scene_dir,
         templates=templates,
-        log=log,
+        out=out,
+        workers=workers,
+        cluster=cluster,
         shard=shard,
+        log=log,
+        resume=resume,
+        progress=beacon_mj.show_progress,
     )
-    where = cluster or workers or os.cpu_count() or 1
-    return run_evaluation(request, out, where, resume=resume, json=json)
+    remark(*results.failures())
+    if json:
+        show_json(results.summary())
+    else:
+        show(results.table())
+    remark(f"results: {results.folder}")

@@ -1,6 +1,5 @@
 """`beacon-mj merge`."""
 
-import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -17,10 +16,9 @@ def merge(
     Refuses shards of different options, a shard that is there twice, missing or
     unfinished. The shards stay as they are.
     """
-    from beacon_mj.cli.tables import show
-    from beacon_mj.eval.statistics.summary import summarize
-    from beacon_mj.eval.studies.merge import merge as put_together
+    import beacon_mj
+    from beacon_mj.cli.views.console import remark, show
 
-    rows = put_together(out, shards)
-    show(summarize(rows))
-    print(f"results: {out}", file=sys.stderr)
+    results = beacon_mj.merge(out, shards)
+    show(results.table())
+    remark(f"results: {results.folder}")

@@ -30,7 +30,8 @@ Family = Annotated[
         name="--family",
         negative=(),
         show_default=False,
-        help="Scene family; repeatable. All of them by default.",
+        consume_multiple=True,
+        help="Scene families; several, or repeated. All of them by default.",
     ),
 ]
 Seed = Annotated[
@@ -51,14 +52,33 @@ Perception = Annotated[
 Templates = Annotated[
     Path | None, Parameter(help="Folder of your own family templates.")
 ]
-Count = Annotated[int, Parameter(converter=whole, validator=Number(gte=1, lte=10**6))]
-Settings = Annotated[
+ScenesPerFamily = Annotated[
+    int,
+    Parameter(
+        name=["--scenes-per-family", "-n"],
+        converter=whole,
+        validator=Number(gte=1, lte=10**6),
+    ),
+]
+SetOption = Annotated[
     tuple[str, ...],
     Parameter(
         name="--set",
         negative=(),
         show_default=False,
-        help="planner.field=value, or protocol.field=value; repeatable.",
+        consume_multiple=True,
+        help="planner.field=value, or protocol.field=value; several, or repeated.",
+    ),
+]
+VaryOption = Annotated[
+    tuple[str, ...],
+    Parameter(
+        name="--vary",
+        negative=(),
+        show_default=False,
+        consume_multiple=True,
+        help="planner.field=a,b,c, or protocol.field=a,b,c: run with each combination "
+        "of values, as a planner and with a column of its own; several, or repeated.",
     ),
 ]
 Workers = Annotated[

@@ -1,13 +1,9 @@
 """`beacon-mj report`."""
 
-import sys
-from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
-
-from beacon_mj.errors import RunError
 
 
 def report(
@@ -43,36 +39,17 @@ def report(
     run
         A run folder, finished or not.
     """
-    from beacon_mj.eval.statistics.pairing import load_run
+    import beacon_mj
+    from beacon_mj.cli.views.console import remark
 
-    loaded = load_run(run)
     if tables is not None:
-        from beacon_mj.eval.report.reproduction import fill
-
-        fill(tables, loaded)
-        print(tables, file=sys.stderr)
+        remark(str(beacon_mj.fill_tables(run, tables)))
         return
-    from beacon_mj.rendering.files import replacing
-
-    page = _page()(
-        loaded,
-        baseline,
-        with_replay=replay,
-        tell=lambda what: print(f"{what} ...", file=sys.stderr, flush=True),
+    page = beacon_mj.write_report(
+        run,
+        out,
+        baseline=baseline,
+        replay=replay,
+        tell=lambda what: remark(f"{what} ..."),
     )
-    target = out or run / "report.html"
-    with replacing(target) as part:
-        part.write_text(page, encoding="utf-8")
-    print(f"report: {target}", file=sys.stderr)
-
-
-def _page() -> Callable[..., str]:
-    """Return what renders the page; it needs the extra `report`."""
-    try:
-        from beacon_mj.eval.report.page import render_report
-    except ModuleNotFoundError as error:
-        raise RunError(
-            f"report: expected package {error.name!r} but it is not installed: "
-            "pip install 'beacon-mj[report]'."
-        ) from error
-    return render_report
+    remark(f"report: {page}")

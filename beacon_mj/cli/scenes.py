@@ -2,22 +2,20 @@
 
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from cyclopts import Parameter
 
 from beacon_mj.cli import options
-from beacon_mj.errors import RunError
-
-if TYPE_CHECKING:
-    from beacon_mj.scene import Scene
 
 
 def generate(
     *,
     out: Annotated[Path, Parameter(help="Folder to write to; new or empty.")],
     family: options.Family = (),
-    episodes: Annotated[options.Count, Parameter(help="Scenes per family.")] = 100,
+    scenes_per_family: Annotated[
+        options.ScenesPerFamily, Parameter(help="Scenes per family.")
+    ] = 100,
     seed: options.Seed = 0,
     perception: options.Perception = None,
     templates: options.Templates = None,
@@ -30,46 +28,31 @@ def generate(
 
     Several families go to a folder each. The same options give the same bytes.
     """
-    from beacon_mj.scene_gen.family import family_paths, load_family
-    from beacon_mj.scene_gen.generate import generate_scene
+    import beacon_mj
+    from beacon_mj.cli.views.console import remark
 
-    names = [*dict.fromkeys(family or family_paths(templates))]
-    loaded = [load_family(name, templates) for name in names]
-    _make_folder(out)
-    for each in loaded:
-        folder = out / each.name if len(loaded) > 1 else out
-        folder.mkdir(exist_ok=True)
-        for index in range(episodes):
-            profile = perception or "noisy"
-            _write(generate_scene(each, index, seed, profile), folder)
-        print(f"{folder}: {episodes} scenes of {each.name}", file=sys.stderr)
+    beacon_mj.generate_scenes(
+        out,
+        families=family,
+        scenes_per_family=scenes_per_family,
+        seed=seed,
+        perception=perception or "noisy",
+        templates=templates,
+        on_folder=lambda folder, name, n: remark(f"{folder}: {n} scenes of {name}"),
+    )
     if not certify:
         return 0
-    from beacon_mj.cli.certify import certify as certify_folder
+    from beacon_mj.cli.certify import certify_folder
 
     return certify_folder(out)
 
 
 def families(*, templates: options.Templates = None) -> None:
     """List the scene families: layout, number of obstacles, and file."""
-    from rich.box import SIMPLE_HEAD
-    from rich.table import Table
+    import beacon_mj
+    from beacon_mj.cli.views.console import show
 
-    from beacon_mj.cli.tables import console
-    from beacon_mj.scene_gen.family import family_paths, load_family
-
-    table = Table("family", "layout", "obstacles", "shapes", box=SIMPLE_HEAD)
-    paths = family_paths(templates)
-    for name in paths:
-        found = load_family(name, templates)
-        low, high = found.numerics.get("obstacle_count", (float("nan"),) * 2)
-        shapes = ", ".join(p.name for p in found.prototypes)
-        table.add_row(name, found.layout, f"{low:g}-{high:g}", shapes)
-    screen = console()
-    screen.print(table)
-    screen.print("Copy a file to make a family of your own (--templates):")
-    for path in paths.values():
-        print(f"  {path}")
+    show(beacon_mj.list_families(templates))
 
 
 def view(
@@ -87,35 +70,10 @@ def view(
     scene
         A scene's JSON file.
     """
-    from beacon_mj.rendering import render_scene, view_scene
-    from beacon_mj.scene.files import load_scene
+    import beacon_mj
 
-    found = load_scene(scene)
+    found = beacon_mj.load_scene(scene)
     if png is None:
-        view_scene(found)
+        beacon_mj.view_scene(found)
     else:
-        print(render_scene(found, png), file=sys.stderr)
-
-
-def _make_folder(path: Path) -> None:
-    if path.is_dir() and any(path.iterdir()):
-        raise RunError(f"{path}: expected a new or empty folder but it holds files.")
-    try:
-        path.mkdir(parents=True, exist_ok=True)
-        probe = path / ".writable"
-        probe.touch()
-        probe.unlink()
-    except OSError as error:
-        raise RunError(f"{path}: cannot be written: {error.strerror}.") from error
-
-
-def _write(scene: "Scene", folder: Path) -> None:
-    """Write one scene and its world, each whole or not at all."""
-    from beacon_mj.scene_gen.mjcf import scene_mjcf
-
-    stem = f"scene_{scene.index:04d}"
-    texts = {".xml": scene_mjcf(scene).encode(), ".json": scene.to_json()}
-    for suffix, text in texts.items():
-        part = folder / f"{stem}{suffix}.part"
-        part.write_bytes(text)
-        part.replace(folder / f"{stem}{suffix}")
+        print(beacon_mj.render_scene(found, png), file=sys.stderr)

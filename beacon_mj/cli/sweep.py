@@ -1,4 +1,4 @@
-"""The options of `beacon-mj sweep`."""
+"""`beacon-mj sweep`."""
 
 from pathlib import Path
 from typing import Annotated, Literal
@@ -15,10 +15,17 @@ def sweep(
         str, Parameter(help="Whose parameters: a name, or path/to/file.py:Class.")
     ],
     settings: Annotated[
-        options.Settings,
+        options.SetOption,
         Parameter(
             help="protocol.field=value, or planner.field=value for what is not swept; "
             "repeatable.",
+        ),
+    ] = (),
+    vary: Annotated[
+        options.VaryOption,
+        Parameter(
+            help="planner.field=a,b,c or protocol.field=a,b,c, to be swept in place of "
+            "Table I; repeatable."
         ),
     ] = (),
     grid: Annotated[
@@ -38,8 +45,8 @@ def sweep(
         ),
     ] = 0,
     family: options.Family = (),
-    episodes: Annotated[
-        options.Count, Parameter(help="Scenes per family, of each split.")
+    scenes_per_family: Annotated[
+        options.ScenesPerFamily, Parameter(help="Scenes per family, of each split.")
     ] = 10,
     select_seed: Annotated[
         options.Seed, Parameter(help="Seed of the scenes that select; 1000 or more.")
@@ -57,23 +64,32 @@ def sweep(
         Parameter(help="Go on with the sweep in --out; the options are the same."),
     ] = False,
     json: options.Json = False,
-) -> int:
-    """Sweep the parameters of Table I: select on one split, report on another.
+) -> None:
+    """Sweep parameters, by default Table I's: select on one split, report on another.
 
     Selects by success rate, then by average energy, as the paper's Table III does.
     """
-    from beacon_mj.cli.sweeping import run
-    from beacon_mj.eval.studies.sweep import Request
+    import beacon_mj
+    from beacon_mj.cli.views.console import remark, show, show_json
 
-    request = Request(
-        planner=planner,
+    found = beacon_mj.sweep(
+        planner,
         settings=settings,
+        vary=vary,
         grid=grid,
+        trials=trials,
         families=family,
-        episodes=episodes,
+        scenes_per_family=scenes_per_family,
         select_seed=select_seed,
         seed=seed,
         perception=perception or "noisy",
-        trials=trials,
+        workers=workers,
+        out=out,
+        resume=resume,
+        progress=beacon_mj.show_progress,
     )
-    return run(request, out, workers, resume=resume, json=json)
+    if json:
+        show_json(found.result)
+    else:
+        show(found)
+    remark(f"results: {found.folder}")

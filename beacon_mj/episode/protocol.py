@@ -8,6 +8,7 @@ import msgspec
 from msgspec import Meta
 
 from beacon_mj.constants import GRAVITY
+from beacon_mj.errors import RunError
 from beacon_mj.scene import Scene
 
 NonNegative = Annotated[float, Meta(ge=0.0, le=1e6)]
@@ -59,6 +60,24 @@ class Protocol(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     def certain(self) -> "Protocol":
         """Return this protocol with a sensor that senses everything, and exactly."""
         return msgspec.structs.replace(self, **_perfect())
+
+    def __post_init__(self) -> None:
+        """Check the ranges of a protocol made in Python as of one that was read.
+
+        Raises:
+            RunError: If a field has the wrong type or is out of range.
+        """
+        for field in msgspec.structs.fields(self):
+            value = getattr(self, field.name)
+            plain = float(value) if isinstance(value, float) else value
+            try:
+                msgspec.convert(plain, field.type)
+            except msgspec.ValidationError as problem:
+                wanted = str(problem).removeprefix("Expected ").partition(", got")[0]
+                raise RunError(
+                    f"Expected protocol.{field.name} to be {wanted.replace('`', '')} "
+                    f"but it was {value!r}."
+                ) from problem
 
     def motion_cost(self, scene: Scene) -> float:
         """Return kappa_d for the scene's robot [J/m]."""

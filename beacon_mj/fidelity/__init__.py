@@ -10,6 +10,7 @@ from types import MappingProxyType
 from beacon_mj.errors import RunError, unknown
 from beacon_mj.fidelity import corner, energy, friction, impact, mass, pushing, repeat
 from beacon_mj.fidelity.law import Law
+from beacon_mj.fidelity.table import Fidelity
 
 #: The checks by name, in the order of the table.
 CHECKS: Mapping[str, tuple[Callable[[], list[Law]], ...]] = MappingProxyType(
@@ -50,16 +51,23 @@ def fidelity_rows(checks: Sequence[str] = ()) -> Iterator[Law]:
             yield from measure()
 
 
-def run_fidelity(checks: Sequence[str] = ()) -> list[Law]:
-    """Return the rows of the named checks; all if none is named.
+def run_fidelity(
+    checks: Sequence[str] = (), on_row: Callable[[Law], None] = lambda _: None
+) -> Fidelity:
+    """Return the rows of the named checks. The same as `beacon-mj fidelity`.
 
     Args:
-        checks: Names out of `CHECKS`.
+        checks: Names out of `CHECKS`; all if none is named.
+        on_row: Told of each row as it is measured.
 
     Raises:
         RunError: If there is no check of that name.
     """
-    return list(fidelity_rows(checks))
+    rows = []
+    for row in fidelity_rows(checks):
+        rows.append(row)
+        on_row(row)
+    return Fidelity(rows)
 
 
-__all__ = ["CHECKS", "Law", "fidelity_rows", "run_fidelity"]
+__all__ = ["CHECKS", "Fidelity", "Law", "fidelity_rows", "run_fidelity"]

@@ -15,7 +15,6 @@ class FreeRoute:
     Attributes:
         path: What was planned last, shape (m, 2) [m]; None if there is no way.
         replanned: Whether the last `update` planned anew.
-        expansions: Vertices expanded by the last `update`.
     """
 
     def __init__(
@@ -36,7 +35,11 @@ class FreeRoute:
         self._version = -1
         self.path: Array | None = None
         self.replanned = False
-        self.expansions = 0
+
+    @property
+    def expansions(self) -> int:
+        """Vertices expanded since it was built."""
+        return self._route.expansions
 
     @property
     def inflation_m(self) -> float:
@@ -53,13 +56,11 @@ class FreeRoute:
     def update(self, observation: Observation, *, force: bool = False) -> None:
         """Plan anew if the map has changed, or if forced to."""
         self.replanned = force or self._version != observation.map_version
-        self.expansions = 0
         if not self.replanned:
             return
         self._version = observation.map_version
         position, footprints = observation.position_m, observation.footprints
         path = self._route.plan(position, footprints)
-        self.expansions = self._route.last_expansions
         if path is not None:
             path = shorten(path, footprints, self.inflation_m)
         kept = None if force else self._kept(observation)

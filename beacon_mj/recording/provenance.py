@@ -18,7 +18,7 @@ _PACKAGES = ("numpy", "numba", "shapely")
 
 
 @functools.cache
-def versions() -> dict[str, str]:
+def log_versions() -> dict[str, str]:
     """Return the versions on which bitwise equal physics depends."""
     found = {name: metadata.version(name) for name in _PACKAGES}
     return found | {

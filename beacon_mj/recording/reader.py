@@ -89,6 +89,11 @@ class _Raw:
     messages: list[Message] = field(default_factory=list)
 
 
+def log_of(source: "Log | str | Path") -> Log:
+    """Return a log as it is, or read it. Raises LogError if it cannot be read."""
+    return source if isinstance(source, Log) else read_log(source)
+
+
 def read_log(path: str | Path) -> Log:
     """Read and check a log.
 

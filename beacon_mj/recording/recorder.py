@@ -106,7 +106,7 @@ class Recorder:
     def _open(self, trace: Trace, world: World) -> None:
         """Write header, metadata and attachments, and register the channels."""
         self.path.parent.mkdir(parents=True, exist_ok=True)
-        versions = provenance.versions()
+        versions = provenance.log_versions()
         self._writer = LogWriter(self.path, f"beacon-mj {versions['beacon-mj']}")
         attachments = {
             SCENE_NAME: trace.scene.to_json(),

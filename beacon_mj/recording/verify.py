@@ -93,7 +93,7 @@ def _unfit(log: Log) -> str | None:
     """Return why a log cannot be simulated again here, if so."""
     if not log.finished:
         return f"{log.path}: unfinished: it broke off and has no result."
-    here = provenance.versions()
+    here = provenance.log_versions()
     for name in _ENGINE:
         if log.versions.get(name) != here[name]:
             return (

@@ -1,4 +1,4 @@
-"""Pictures of scenes and logs; drawn without a screen.
+"""Pictures of scenes and logs, and tables of results; drawn without a screen.
 
 The functions import what they draw with when they are called. Without the extras
 `video` and `web` they say which package is missing.
@@ -9,17 +9,20 @@ from pathlib import Path
 from typing import Any
 
 from beacon_mj.errors import BeaconError
+from beacon_mj.recording.reader import Log
 from beacon_mj.scene import Scene
 
+LogSource = Log | str | Path  #: A log that was read, or the path of one.
 
-def render_video(log_path: str | Path, out: str | Path, **options: Any) -> Path:
+
+def render_video(log: LogSource, out: str | Path, **options: Any) -> Path:
     """Write an MP4 of a log; see `beacon_mj.rendering.video.render_video`."""
-    return Path(_load("video").render_video(log_path, out, **options))
+    return Path(_load("video").render_video(log, out, **options))
 
 
-def render_strip(log_path: str | Path, out: str | Path, **options: Any) -> Path:
+def render_strip(log: LogSource, out: str | Path, **options: Any) -> Path:
     """Write a PNG of some moments; see `beacon_mj.rendering.filmstrip.render_strip`."""
-    return Path(_load("filmstrip").render_strip(log_path, out, **options))
+    return Path(_load("filmstrip").render_strip(log, out, **options))
 
 
 def render_scene(scene: Scene, out: str | Path, **options: Any) -> Path:
@@ -27,19 +30,19 @@ def render_scene(scene: Scene, out: str | Path, **options: Any) -> Path:
     return Path(_load("snapshot").render_scene(scene, out, **options))
 
 
-def plot_panel(log_path: str | Path, out: str | Path) -> Path:
+def plot_panel(log: LogSource, out: str | Path) -> Path:
     """Write a log in one 2-D SVG; see `beacon_mj.rendering.panel.plot_panel`."""
-    return Path(_load("panel").plot_panel(log_path, out))
+    return Path(_load("panel").plot_panel(log, out))
 
 
-def render_page(log_path: str | Path, out: str | Path, **options: Any) -> Path:
+def render_page(log: LogSource, out: str | Path, **options: Any) -> Path:
     """Write a log as one HTML file; see `beacon_mj.rendering.html.render_page`."""
-    return Path(_load("html", "web").render_page(log_path, out, **options))
+    return Path(_load("html", "web").render_page(log, out, **options))
 
 
-def view_log(log_path: str | Path) -> None:
+def view_log(log: LogSource) -> None:
     """Open the viewer on a log; see `beacon_mj.rendering.viewer.view_log`."""
-    _load("viewer").view_log(log_path)
+    _load("viewer").view_log(log)
 
 
 def view_scene(scene: Scene) -> None:

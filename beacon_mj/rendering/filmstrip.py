@@ -6,7 +6,7 @@ import numpy as np
 from PIL import Image as Pillow
 
 from beacon_mj.episode.trace import Trace
-from beacon_mj.recording.reader import read_log
+from beacon_mj.recording.reader import Log, log_of
 from beacon_mj.rendering.captions import events
 from beacon_mj.rendering.files import replacing
 from beacon_mj.rendering.overlay import captioned
@@ -18,7 +18,7 @@ _WEIGHTS = (("damages", 8.0), ("toppled", 4.0), ("attempts", 2.0))
 
 
 def render_strip(
-    log_path: str | Path,
+    log: Log | str | Path,
     out: str | Path,
     *,
     frames: int = 6,
@@ -28,7 +28,7 @@ def render_strip(
     """Write a PNG of a few moments of a log, those of pushes and damage first.
 
     Args:
-        log_path: The log, finished or not.
+        log: A log, or the path of one, finished or not.
         out: The picture; written whole or not at all.
         frames: Number of moments, >= 2; fewer if the episode is shorter.
         width: Width of one picture in pixels.
@@ -38,7 +38,7 @@ def render_strip(
         LogError: If the log cannot be read.
         RenderError: If nothing can be drawn here.
     """
-    log = read_log(log_path)
+    log = log_of(log)
     with Playback(log, width, height) as playback:
         cells = [
             captioned(playback.picture(step), _caption(playback, step))

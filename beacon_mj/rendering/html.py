@@ -18,7 +18,7 @@ from mjviser.conversions import merge_geoms, merge_sites
 
 from beacon_mj.geometry import Array
 from beacon_mj.recording.encoding import split_path
-from beacon_mj.recording.reader import Log, read_log
+from beacon_mj.recording.reader import Log, log_of
 from beacon_mj.recording.rebuild import rebuild_trace
 from beacon_mj.rendering.annotations import ARROW_M_PER_N, ARROW_MIN_N
 from beacon_mj.rendering.captions import describe
@@ -34,18 +34,18 @@ ARROW_Z_M = 0.7  #: Height of force arrows, where nothing hides them [m].
 WAY_RGB, PATH_RGB, ARROW_RGB = (40, 46, 70), (26, 115, 217), (217, 26, 26)
 
 
-def render_page(log_path: str | Path, out: str | Path, *, speed: float = 2.0) -> Path:
+def render_page(log: Log | str | Path, out: str | Path, *, speed: float = 2.0) -> Path:
     """Write a log as one self-contained HTML file.
 
     Args:
-        log_path: The log, finished or not.
+        log: A log, or the path of one, finished or not.
         out: The page; written whole or not at all.
         speed: Simulated seconds per second of replay, > 0.
 
     Raises:
         LogError: If the log cannot be read.
     """
-    log = read_log(log_path)
+    log = log_of(log)
     with _server() as server, replacing(Path(out)) as part:
         part.write_text(_Page(server, log).html(speed), encoding="utf-8")
     return Path(out)

@@ -16,7 +16,7 @@ from beacon_mj.constants import CLASSES, CONTACT_N
 from beacon_mj.episode.trace import Trace
 from beacon_mj.errors import LogError
 from beacon_mj.geometry import Array
-from beacon_mj.recording.reader import Log, read_log
+from beacon_mj.recording.reader import Log, log_of
 from beacon_mj.recording.rebuild import rebuild_trace
 from beacon_mj.rendering.files import replacing
 from beacon_mj.scene import Obstacle, shapes
@@ -29,7 +29,7 @@ LEGEND_M = 0.45  #: Height of the legend below the arena.
 MARKS = {"moved": "#1a7f37", "not_moved": "#c62828", "broken": "#4a0d5c"}
 
 
-def plot_panel(log_path: str | Path, out: str | Path) -> Path:
+def plot_panel(log: Log | str | Path, out: str | Path) -> Path:
     """Write the drawing of a log as an SVG file, whole or not at all.
 
     Raises:
@@ -38,7 +38,7 @@ def plot_panel(log_path: str | Path, out: str | Path) -> Path:
     out = Path(out)
     if out.suffix.lower() != ".svg":
         raise LogError(f"{out}: expected a name that ends in .svg: it is a drawing.")
-    text = panel_svg(read_log(log_path))
+    text = panel_svg(log_of(log))
     with replacing(out) as part:
         part.write_text(text, encoding="utf-8")
     return out

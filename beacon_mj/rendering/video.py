@@ -5,7 +5,7 @@ from pathlib import Path
 
 import av
 
-from beacon_mj.recording.reader import read_log
+from beacon_mj.recording.reader import Log, log_of
 from beacon_mj.rendering.captions import describe
 from beacon_mj.rendering.files import replacing
 from beacon_mj.rendering.gl import Image
@@ -16,7 +16,7 @@ HOLD_S = 1.5  #: How long the last picture stays [s].
 
 
 def render_video(
-    log_path: str | Path,
+    log: Log | str | Path,
     out: str | Path,
     *,
     speed: float = 2.0,
@@ -26,7 +26,7 @@ def render_video(
     """Write an MP4 of a log: one picture per control step.
 
     Args:
-        log_path: The log, finished or not.
+        log: A log, or the path of one, finished or not.
         out: The video; written whole or not at all.
         speed: Simulated seconds per second of video, > 0.
         width: Width in pixels, even.
@@ -36,7 +36,7 @@ def render_video(
         LogError: If the log cannot be read.
         RenderError: If nothing can be drawn here.
     """
-    log = read_log(log_path)
+    log = log_of(log)
     period_s = log.scene.robot.control_period_s
     rate = Fraction(speed / period_s).limit_denominator(1000)
     with (

@@ -7,7 +7,7 @@ from typing import Any
 import mujoco
 import mujoco.viewer
 
-from beacon_mj.recording.reader import Log, read_log
+from beacon_mj.recording.reader import Log, log_of
 from beacon_mj.recording.rebuild import rebuild_trace
 from beacon_mj.rendering.annotations import Marks
 from beacon_mj.rendering.captions import describe
@@ -19,14 +19,14 @@ from beacon_mj.scene_gen.mjcf import scene_mjcf
 FRAME_S = 1.0 / 30.0
 
 
-def view_log(log_path: str | Path) -> None:
+def view_log(log: Log | str | Path) -> None:
     """Open MuJoCo's viewer on a log; return when it is closed.
 
     Raises:
         LogError: If the log cannot be read.
         RenderError: If there is no display.
     """
-    log = read_log(log_path)
+    log = log_of(log)
     check_display("write a page or a video instead: --html out.html, --video out.mp4")
     _Show(log).run()
 

@@ -22,15 +22,16 @@ from beacon_mj.eval.report.episodes import (
     reasons,
     replay,
 )
+from beacon_mj.eval.runs.overrides import dotted
 from beacon_mj.eval.runs.run_folder import TABLE
-from beacon_mj.eval.statistics.compare import Comparison, compare
+from beacon_mj.eval.statistics.compare import Comparison, compare_pairs
 from beacon_mj.eval.statistics.pairing import (
     Arm,
-    Run,
     comparisons,
     default_baseline,
     match,
 )
+from beacon_mj.eval.statistics.results import Results
 from beacon_mj.eval.statistics.summary import summarize
 from beacon_mj.eval.studies.calibration import (
     FIRST,
@@ -60,7 +61,7 @@ class Calibration(NamedTuple):
 
 
 def render_report(
-    run: Run,
+    run: Results,
     baseline: str | None = None,
     *,
     with_replay: bool = True,
@@ -78,7 +79,7 @@ def render_report(
         RunError: If the run has no planner of the baseline's name.
     """
     if baseline is not None and baseline not in run.planners:
-        raise RunError(f"{run.path}: {unknown('planner', baseline, run.planners)}")
+        raise RunError(f"{run.folder}: {unknown('planner', baseline, run.planners)}")
     rows = [row for own in run.planners.values() for row in own]
     tell("tables")
     summary = summarize(rows)
@@ -90,7 +91,7 @@ def render_report(
     shown = families[1:] if len(families) == 2 else families
     focus = FOCUS if FOCUS in run.planners else next(iter(run.planners))
     tell("beliefs and episodes, from the logs")
-    chosen = picks(run.path, run.planners[focus])
+    chosen = picks(run.folder, run.planners[focus])
     page: str = _template().render(
         run=_facts(run, rows),
         baseline=base,
@@ -120,33 +121,33 @@ def _template() -> Any:
     return environment.get_template("report.html.j2")
 
 
-def _compared(run: Run, baseline: str | None) -> tuple[str, list[Comparison]]:
+def _compared(run: Results, baseline: str | None) -> tuple[str, list[Comparison]]:
     """Return the baseline and the comparisons with it; none if it is alone."""
     base = default_baseline(run) if baseline is None else baseline
     if len(run.planners) == 1 and base in run.planners:
         return base, []
     pairs = comparisons([run], base)
     shared = [pair for pair in pairs if _hashes(pair[0]) & _hashes(pair[1])]
-    return base, compare([match(a, b, common=True) for a, b in shared])
+    return base, compare_pairs([match(a, b, common=True) for a, b in shared])
 
 
-def _facts(run: Run, rows: Sequence[Row]) -> dict[str, Any]:
+def _facts(run: Results, rows: Sequence[Row]) -> dict[str, Any]:
     """Return what the head and the foot of the page say about the run."""
     config = run.config
     hashes = sorted({row.scene_sha256 for row in rows})
     return {
-        "name": run.path.resolve().name,
+        "name": run.folder.resolve().name,
         "episodes": len(rows),
         "scenes": len(hashes),
         "planners": len(run.planners),
-        "finished": (run.path / TABLE).is_file(),
+        "finished": (run.folder / TABLE).is_file(),
         "solved": sum(row.success for row in rows),
         "seed": config.seed,
         "perception": config.perception or "as stored in the scenes",
         "digest": hashlib.sha256("".join(hashes).encode()).hexdigest(),
         "versions": config.versions,
         "protocol": msgspec.to_builtins(config.protocol),
-        "configs": {entry.name: entry.config for entry in config.planners},
+        "configs": {entry.name: dotted(entry.config) for entry in config.planners},
         "command": command_of(config),
     }
 
@@ -163,12 +164,12 @@ def _figures(summary: dict[str, Any], rows: Sequence[Row]) -> dict[str, list[Fig
     }
 
 
-def _calibrations(run: Run) -> Iterable[Calibration]:
+def _calibrations(run: Results) -> Iterable[Calibration]:
     """Yield what the logs say about the beliefs of every planner that reports any."""
     for name, rows in run.planners.items():
         if all(row.brier_prior is None for row in rows):
             continue
-        logs = [log for row in rows if (log := log_of(run.path, row)).is_file()]
+        logs = [log for row in rows if (log := log_of(run.folder, row)).is_file()]
         yield _calibration(name, read_beliefs(logs), len(rows))
 
 
@@ -198,7 +199,7 @@ def _picture(drawn: Panel) -> dict[str, str]:
     return {"source": source, "caption": drawn.caption, "problem": drawn.problem}
 
 
-def _replay(run: Run, chosen: Sequence[Pick]) -> dict[str, str] | None:
+def _replay(run: Results, chosen: Sequence[Pick]) -> dict[str, str] | None:
     """Return the replay of the episode with most pushing, else of the first shown."""
     if not chosen:
         return None

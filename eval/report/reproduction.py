@@ -10,7 +10,7 @@ from typing import Any
 from beacon_mj.errors import RunError
 from beacon_mj.eval.report import tables
 from beacon_mj.eval.report.command import command_of
-from beacon_mj.eval.statistics.pairing import Run
+from beacon_mj.eval.statistics.results import Results
 from beacon_mj.eval.statistics.summary import OVERALL, summarize
 from beacon_mj.planners.registry import PAPER
 from beacon_mj.rendering.files import replacing
@@ -35,7 +35,7 @@ TABLE_3 = {
 NOTHING = tables.NOTHING
 
 
-def fill(page: Path, run: Run) -> None:
+def fill(page: Path, run: Results) -> None:
     """Replace the generated block of a Markdown page by the tables of a run.
 
     Raises:
@@ -56,7 +56,7 @@ def fill(page: Path, run: Run) -> None:
         )
 
 
-def markdown(run: Run) -> str:
+def markdown(run: Results) -> str:
     """Return the paper's tables and those of a run, as Markdown."""
     summary = summarize([row for own in run.planners.values() for row in own])
     planners = _ordered(run, summary["tables"])
@@ -70,14 +70,14 @@ def markdown(run: Run) -> str:
     return "\n".join(parts)
 
 
-def _ordered(run: Run, cells: dict[str, Any]) -> dict[str, Any]:
+def _ordered(run: Results, cells: dict[str, Any]) -> dict[str, Any]:
     """Return the planners of the paper in its order, then the others."""
     paper = [name for name in PAPER if name in cells]
     others = [name for name in run.planners if name not in PAPER]
     return {name: cells[name] for name in (*paper, *others)}
 
 
-def _provenance(run: Run, episodes: int, planners: dict[str, Any]) -> str:
+def _provenance(run: Results, episodes: int, planners: dict[str, Any]) -> str:
     versions = run.config.versions
     used = ", ".join(f"{k} {versions[k]}" for k in ("beacon-mj", "mujoco", "python"))
     n = max(cells[OVERALL]["n"] for cells in planners.values())

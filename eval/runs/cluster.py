@@ -22,8 +22,15 @@ import msgspec
 from beacon_mj.errors import RunError
 from beacon_mj.eval.metrics.row import Row
 from beacon_mj.eval.runs.config import PlannerEntry, RunConfig, load_ref
-from beacon_mj.eval.runs.jobs import Job, lost_row, run_job
-from beacon_mj.eval.runs.runner import AHEAD
+from beacon_mj.eval.runs.jobs import (
+    Attempt,
+    Fault,
+    Handovers,
+    Job,
+    lost_row,
+    run_job,
+)
+from beacon_mj.eval.runs.runner import AHEAD, NOBODY, told
 from beacon_mj.eval.runs.versions import versions
 
 CONNECT_S = 10.0  #: Time within which scheduler and first worker must answer [s].
@@ -31,7 +38,12 @@ DIED = "the worker process died while the planner ran"
 
 
 def run_on_cluster(
-    config: RunConfig, jobs: Sequence[Job], folder: Path | None, address: str
+    config: RunConfig,
+    jobs: Sequence[Job],
+    folder: Path | None,
+    address: str,
+    handed: Handovers = NOBODY,
+    on_fault: Callable[[Fault], None] = lambda _: None,
 ) -> Iterator[list[Row]]:
     """Run jobs on a cluster and yield the rows of each as it finishes, in any order.
 
@@ -41,25 +53,30 @@ def run_on_cluster(
         folder: Run folder, for logs, on a file system that all workers share; None for
             no logs.
         address: Of the scheduler, such as `tcp://node1:8786`.
+        handed: Planners that cannot be loaded by their spec, by name.
+        on_fault: Told why a planner failed, before its row is yielded.
 
     Raises:
         RunError: If dask is missing, nobody answers, or a worker cannot run this.
         BeaconError: If a scene cannot be made or read.
     """
     logs = None if folder is None or config.log == "none" else folder.resolve()
-    work = partial(checked_job, _portable(config), logs)
+    work = partial(checked_job, _portable(config), logs, handed)
     with _client(address) as client:
         suspects = []
-        for job, rows in _stream(work, jobs, client):
-            if rows is None:
+        for job, attempt in _stream(work, jobs, client):
+            if attempt is None:
                 suspects.append(job)
             else:
-                yield rows
+                yield told(attempt, on_fault)
         for job in (single for suspect in suspects for single in suspect.split()):
-            yield from _alone(config, work, job, client)
+            for attempt in _alone(config, work, job, client):
+                yield told(attempt, on_fault)
 
 
-def checked_job(config: RunConfig, folder: Path | None, job: Job) -> list[Row]:
+def checked_job(
+    config: RunConfig, folder: Path | None, handed: Handovers, job: Job
+) -> Attempt:
     """Run a job on a worker that can; see `run_job`.
 
     Raises:
@@ -77,7 +94,7 @@ def checked_job(config: RunConfig, folder: Path | None, job: Job) -> list[Row]:
             f"worker on {where}: {folder}: no such folder. Use --log none, or a run "
             "folder on a file system that the workers share."
         )
-    return run_job(config, folder, job)
+    return run_job(config, folder, handed, job)
 
 
 @lru_cache(maxsize=1)
@@ -128,9 +145,9 @@ def _client(address: str) -> Any:
 
 
 def _stream(
-    work: Callable[[Job], list[Row]], jobs: Iterable[Job], client: Any
-) -> Iterator[tuple[Job, list[Row] | None]]:
-    """Yield each job with its rows as they come; with None if its workers died."""
+    work: Callable[[Job], Attempt], jobs: Iterable[Job], client: Any
+) -> Iterator[tuple[Job, Attempt | None]]:
+    """Yield each job with what came of it; with None if its workers died."""
     import distributed
 
     waiting, held = iter(jobs), dict[Any, Job]()
@@ -160,12 +177,12 @@ def _stream(
 
 
 def _alone(
-    config: RunConfig, work: Callable[[Job], list[Row]], job: Job, client: Any
-) -> Iterator[list[Row]]:
+    config: RunConfig, work: Callable[[Job], Attempt], job: Job, client: Any
+) -> Iterator[Attempt]:
     """Run one episode; if its workers die again, it was the planner's doing."""
-    for _, rows in _stream(work, [job], client):
-        if rows is None:
+    for _, attempt in _stream(work, [job], client):
+        if attempt is None:
             scene = load_ref(config, job.ref)
             lost = lost_row(config, scene, job.planners[0], "planner_error", DIED)
-            rows = [lost]
-        yield rows
+            attempt = Attempt([lost], [Fault(lost.key, DIED, "")])
+        yield attempt

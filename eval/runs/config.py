@@ -11,10 +11,8 @@ import msgspec
 from beacon_mj.constants import SCHEMA
 from beacon_mj.episode.protocol import Protocol
 from beacon_mj.errors import RunError, unknown
-from beacon_mj.eval.runs.overrides import Settings, configure, convert, parse_settings
 from beacon_mj.eval.runs.scene_cache import cached_scene
 from beacon_mj.eval.runs.shards import Shard, share
-from beacon_mj.planners.registry import ALIASES, PAPER, load_planner
 from beacon_mj.scene import Profile, Scene
 from beacon_mj.scene.files import load_scene
 from beacon_mj.scene_gen.family import family_paths, family_sha256, load_family
@@ -32,12 +30,22 @@ class PlannerEntry(msgspec.Struct, frozen=True, kw_only=True):
         spec: What it is loaded by: a name or `path/to/file.py:ClassName`.
         settings: Values given with `--set`, as text.
         config: All values of its configuration, defaults included.
+        protocol: How its episodes are run, where that differs from the run's.
+        varied: Values by `planner.field` or `protocol.field` in which it differs from
+            its variants: the columns `set.planner.field` of the rows.
     """
 
     name: str
     spec: str
     settings: dict[str, str]
     config: dict[str, Any]
+    protocol: Protocol | None = None
+    varied: dict[str, str] = {}
+
+    @property
+    def base(self) -> str:
+        """The planner's name without what is varied in it."""
+        return self.name.partition("[")[0] if self.varied else self.name
 
 
 class RunConfig(msgspec.Struct, frozen=True, kw_only=True):
@@ -48,10 +56,10 @@ class RunConfig(msgspec.Struct, frozen=True, kw_only=True):
         planners: Who runs, each through every scene.
         families: SHA-256 of each family's files, by name; of stored scenes, of all
             their hashes.
-        episodes: Scenes per family; None for all that are stored.
+        scenes_per_family: Scenes per family; None for all that are stored.
         seed: Seed of scenes, perception and planners.
         perception: Profile; None leaves stored scenes as they are.
-        scenes: Folder of stored scenes, or None to generate them.
+        scene_dir: Folder of stored scenes, or None to generate them.
         templates: Folder of the user's own templates.
         protocol: How episodes are run.
         log: Which episodes leave a log.
@@ -62,15 +70,20 @@ class RunConfig(msgspec.Struct, frozen=True, kw_only=True):
     schema: int = SCHEMA
     planners: tuple[PlannerEntry, ...]
     families: dict[str, str]
-    episodes: int | None
+    scenes_per_family: int | None
     seed: int
     perception: Profile | None
-    scenes: str | None
+    scene_dir: str | None
     templates: str | None
     protocol: Protocol
     log: Logging
     versions: dict[str, str]
     shard: Shard | None = None
+
+    def protocol_of(self, planner: str) -> Protocol:
+        """Return how the episodes of a planner are run."""
+        own = next((e.protocol for e in self.planners if e.name == planner), None)
+        return self.protocol if own is None else own
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,48 +95,8 @@ class SceneRef:
     path: str | None = None
 
 
-def planner_entries(
-    specs: Sequence[str], settings: Sequence[str]
-) -> tuple[tuple[PlannerEntry, ...], Protocol]:
-    """Return the planners and the protocol that the user asked for.
-
-    Args:
-        specs: Names, `all`, or `file.py:Class`.
-        settings: `planner.field=value` or `protocol.field=value`.
-
-    Raises:
-        PlannerError: If a planner, a field or a value is no good.
-        RunError: If two planners have one name, or a setting names none of them.
-    """
-    wanted = [s for spec in specs for s in (PAPER if spec == "all" else [spec])]
-    loaded = {}
-    for spec in dict.fromkeys(ALIASES.get(s, s) for s in wanted):
-        name, cls = load_planner(spec)
-        if name in loaded or name == "protocol":
-            raise RunError(
-                f"Expected planners to have names of their own but {name!r} repeats."
-            )
-        loaded[name] = (spec, cls)
-    parsed = parse_settings([_canonical(s) for s in settings], ["protocol", *loaded])
-    entries = []
-    for name, (spec, cls) in loaded.items():
-        own = dict(parsed.get(name, {}))
-        config = msgspec.to_builtins(configure(cls, own, name))
-        entries.append(PlannerEntry(name=name, spec=spec, settings=own, config=config))
-    return tuple(entries), _protocol(parsed)
-
-
-def _canonical(setting: str) -> str:
-    target, dot, rest = setting.partition(".")
-    return ALIASES.get(target, target) + dot + rest
-
-
-def _protocol(parsed: Settings) -> Protocol:
-    return convert(Protocol, parsed.get("protocol", {}), "protocol", RunError)
-
-
 def generated_scenes(
-    families: Sequence[str], episodes: int, templates: Path | None
+    families: Sequence[str], scenes_per_family: int, templates: Path | None
 ) -> tuple[dict[str, str], list[SceneRef]]:
     """Return the hash of each family's files, and the scenes to generate.
 
@@ -133,19 +106,19 @@ def generated_scenes(
     names = dict.fromkeys(families or family_paths(templates))
     for name in names:
         find_layout(load_family(name, templates))
-    return _hashed_scenes([*names], episodes, templates)
+    return _hashed_scenes([*names], scenes_per_family, templates)
 
 
 def _hashed_scenes(
-    names: Sequence[str], episodes: int, templates: Path | None
+    names: Sequence[str], scenes_per_family: int, templates: Path | None
 ) -> tuple[dict[str, str], list[SceneRef]]:
     """Return the same of families that are there, without running any layout's code."""
     hashes = {name: family_sha256(name, templates) for name in names}
-    return hashes, [SceneRef(n, i) for n in names for i in range(episodes)]
+    return hashes, [SceneRef(n, i) for n in names for i in range(scenes_per_family)]
 
 
 def stored_scenes(
-    folder: Path, families: Sequence[str], episodes: int | None
+    folder: Path, families: Sequence[str], scenes_per_family: int | None
 ) -> tuple[dict[str, str], list[SceneRef]]:
     """Return the families, and the scenes, that are stored below `folder`.
 
@@ -171,7 +144,9 @@ def stored_scenes(
             raise RunError(f"{folder}: {unknown('family', name, known)}")
     refs, digests = [], {}
     for name in dict.fromkeys(families or known):
-        own = [found[key] for key in sorted(found) if key[0] == name][:episodes]
+        own = [found[key] for key in sorted(found) if key[0] == name][
+            :scenes_per_family
+        ]
         hashes = "".join(load_scene(ref.path).sha256 for ref in own if ref.path)
         digests[name] = hashlib.sha256(hashes.encode()).hexdigest()
         refs += own
@@ -180,12 +155,12 @@ def stored_scenes(
 
 def scene_refs(config: RunConfig) -> tuple[dict[str, str], list[SceneRef]]:
     """Return the families' hashes and the scenes of a configured run, or its shard."""
-    names, episodes = [*config.families], config.episodes
-    if config.scenes is not None:
-        hashes, refs = stored_scenes(Path(config.scenes), names, episodes)
+    names, count = [*config.families], config.scenes_per_family
+    if config.scene_dir is not None:
+        hashes, refs = stored_scenes(Path(config.scene_dir), names, count)
     else:
         templates = None if config.templates is None else Path(config.templates)
-        hashes, refs = _hashed_scenes(names, episodes or 0, templates)
+        hashes, refs = _hashed_scenes(names, count or 0, templates)
     return hashes, share(refs, config.shard)
 
 

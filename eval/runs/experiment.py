@@ -1,9 +1,8 @@
 """Runs on generated scenes that leave no logs: of sweeps, ablations and regrets."""
 
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import AbstractContextManager
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from beacon_mj.episode.protocol import Protocol
 from beacon_mj.errors import RunError
@@ -13,33 +12,37 @@ from beacon_mj.eval.runs.config import (
     RunConfig,
     SceneRef,
     generated_scenes,
-    planner_entries,
 )
-from beacon_mj.eval.runs.jobs import Job
+from beacon_mj.eval.runs.jobs import Handovers, Job
+from beacon_mj.eval.runs.lineup import Handed, PlannerChoice, line_up
+from beacon_mj.eval.runs.progress import Update
 from beacon_mj.eval.runs.run_folder import RunFolder
-from beacon_mj.eval.runs.runner import plan, run_jobs
+from beacon_mj.eval.runs.runner import NOBODY, plan, run_jobs
+from beacon_mj.eval.runs.variants import Values
 from beacon_mj.eval.runs.versions import versions
 from beacon_mj.scene import Profile
 
 CHUNK = 16  #: Configurations that cross a scene in one job.
 
-Update = Callable[[Sequence[Row]], None]
-#: Opens a stage's progress, by its name and number of episodes.
-Stage = Callable[[str, int], AbstractContextManager[Update]]
+
+class Single(NamedTuple):
+    """One planner, and how its episodes are run; see `Lineup`."""
+
+    entry: PlannerEntry
+    protocol: Protocol
+    handed: dict[str, Handed]
 
 
-def single_planner(
-    planner: str, settings: Sequence[str]
-) -> tuple[PlannerEntry, Protocol]:
+def single_planner(planner: PlannerChoice, settings: Values = ()) -> Single:
     """Return the one planner that is meant, and the protocol.
 
     Raises:
         BeaconError: If an option is no good, or several planners are named.
     """
-    entries, protocol = planner_entries([planner], settings)
+    entries, protocol, handed = line_up([planner], settings)
     if len(entries) != 1:
         raise RunError(f"Expected one planner but it was {planner}.")
-    return entries[0], protocol
+    return Single(entries[0], protocol, handed)
 
 
 def experiment(
@@ -47,7 +50,7 @@ def experiment(
     protocol: Protocol,
     *,
     families: Sequence[str],
-    episodes: int,
+    scenes_per_family: int,
     seed: int,
     perception: Profile,
     templates: Path | None = None,
@@ -57,14 +60,14 @@ def experiment(
     Raises:
         TemplateError: If a family does not exist or its template is no good.
     """
-    hashes, refs = generated_scenes(families, episodes, templates)
+    hashes, refs = generated_scenes(families, scenes_per_family, templates)
     config = RunConfig(
         planners=tuple(entries),
         families=hashes,
-        episodes=episodes,
+        scenes_per_family=scenes_per_family,
         seed=seed,
         perception=perception,
-        scenes=None,
+        scene_dir=None,
         templates=None if templates is None else str(templates.resolve()),
         protocol=protocol,
         log="none",
@@ -80,6 +83,7 @@ def run_stage(
     workers: int,
     update: Update,
     summarize: Callable[[Sequence[Row]], Any],
+    handed: Handovers = NOBODY,
 ) -> list[Row]:
     """Run, or go on with, one stage of an experiment in a run folder of its own.
 
@@ -90,15 +94,17 @@ def run_stage(
         workers: Processes.
         update: Told of rows as they come, and of those that were there.
         summarize: Makes the content of `summary.json`.
+        handed: Planners that cannot be loaded by their spec, by name.
     """
     folder, rows = RunFolder(path), list[Row]()
     if folder.is_unborn():
         folder.create(config)
     else:
         rows = folder.resume(config)
-        update(rows)
+    update(rows)
     jobs = [*_chunks(plan(config, refs, rows))]
-    for new in run_jobs(config, jobs, None, min(workers, len(jobs) or 1)):
+    count = min(workers, len(jobs) or 1)
+    for new in run_jobs(config, jobs, None, count, handed):
         folder.append(new)
         rows += new
         update(new)

@@ -1,5 +1,7 @@
 """One job of an evaluation: one scene, every planner. Runs in a worker process."""
 
+import inspect
+from collections.abc import Mapping
 from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -8,9 +10,11 @@ import numpy as np
 
 from beacon_mj.episode.run import Listener, run_episode
 from beacon_mj.episode.trace import Outcome, Trace
+from beacon_mj.errors import BeaconError
 from beacon_mj.eval.metrics.measure import measure
 from beacon_mj.eval.metrics.row import Row
 from beacon_mj.eval.runs.config import PlannerEntry, RunConfig, SceneRef, load_ref
+from beacon_mj.eval.runs.lineup import Handed
 from beacon_mj.eval.runs.overrides import configure
 from beacon_mj.eval.runs.sandbox import Guarded
 from beacon_mj.planners.base import Planner
@@ -31,27 +35,62 @@ class Job(NamedTuple):
         return [Job(self.ref, (name,)) for name in self.planners]
 
 
-def run_job(config: RunConfig, folder: Path | None, job: Job) -> list[Row]:
+class Fault(NamedTuple):
+    """Why an episode ended in `planner_error`.
+
+    Attributes:
+        key: Planner, family and scene index.
+        detail: The row's: what was raised, or what was expected.
+        where: `file:line` of the planner's code; empty if it is not known.
+    """
+
+    key: tuple[str, str, int]
+    detail: str
+    where: str
+
+
+class Attempt(NamedTuple):
+    """What came of a job: a row an episode, and why planners failed."""
+
+    rows: list[Row]
+    faults: list[Fault]
+
+
+Handovers = Mapping[str, Handed]
+
+
+def run_job(
+    config: RunConfig, folder: Path | None, handed: Handovers, job: Job
+) -> Attempt:
     """Run the episodes of a job.
 
     Args:
         config: The evaluation.
         folder: Run folder for logs; None for no logs.
+        handed: Planners that cannot be loaded by their spec, by name.
         job: What to run.
 
     Returns:
-        One row a planner. The scene and its world are built once.
+        One row a planner. The scene and its worlds are built once.
     """
     scene = load_ref(config, job.ref)
-    entries = [e for e in config.planners if e.name in job.planners]
-    try:
-        world = World(scene, config.protocol.timestep_s)
-    except SimulationError as error:
-        return [
-            lost_row(config, scene, e.name, "simulation_error", str(error))
-            for e in entries
-        ]
-    return [_episode(config, folder, scene, world, e) for e in entries]
+    out = Attempt([], [])
+    worlds: dict[float, World] = {}
+    for entry in (e for e in config.planners if e.name in job.planners):
+        step = config.protocol_of(entry.name).timestep_s
+        try:
+            if step not in worlds:
+                worlds[step] = World(scene, step)
+        except SimulationError as error:
+            out.rows.append(
+                lost_row(config, scene, entry.name, "simulation_error", str(error))
+            )
+            continue
+        row, where = _episode(config, folder, scene, worlds[step], entry, handed)
+        out.rows.append(row)
+        if row.outcome == "planner_error":
+            out.faults.append(Fault(row.key, row.detail, where))
+    return out
 
 
 def lost_row(
@@ -62,7 +101,7 @@ def lost_row(
         Trace(
             planner=planner,
             scene=scene,
-            protocol=config.protocol,
+            protocol=config.protocol_of(planner),
             start_m=np.array(scene.start_m),
             outcome=outcome,
             detail=detail,
@@ -76,34 +115,55 @@ def planner_seed(seed: int, family: str, index: int) -> int:
 
 
 def _episode(
-    config: RunConfig, folder: Path | None, scene: Scene, world: World, e: PlannerEntry
-) -> Row:
+    config: RunConfig,
+    folder: Path | None,
+    scene: Scene,
+    world: World,
+    e: PlannerEntry,
+    handed: Handovers,
+) -> tuple[Row, str]:
+    """Return the row of an episode, and where its planner failed if it did."""
     path = _log_path(config, folder, scene, e)
     seed = planner_seed(config.seed, scene.family, scene.index)
-    listeners = [] if path is None else [_recorder(path, e, seed)]
+    protocol = config.protocol_of(e.name)
+    guarded = Guarded(partial(_build, e, handed), protocol.decision_limit_s)
     trace = run_episode(
         scene,
-        Guarded(partial(_build, e), config.protocol.decision_limit_s),
+        guarded,
         name=e.name,
-        protocol=config.protocol,
+        protocol=protocol,
         seed=seed,
-        listeners=listeners,
+        listeners=[] if path is None else [_recorder(path, e, seed)],
         world=world,
     )
     row = measure(trace)
     if path is not None and config.log == "failures" and row.clean_success:
         path.unlink()
-    return row
+    if row.outcome != "planner_error":
+        return row, ""
+    return row, guarded.where or _act_of(e, handed)
 
 
-def _build(entry: PlannerEntry) -> Planner:
-    cls = _planner_class(entry.spec)
-    return cls(configure(cls, entry.settings, entry.name))
+def _build(entry: PlannerEntry, handed: Handovers) -> Planner:
+    cls, config = handed.get(entry.name) or Handed(_planner_class(entry.spec))
+    if config is None:
+        config = configure(cls, entry.settings, entry.name)
+    return cls(config)
 
 
 @lru_cache(maxsize=64)
 def _planner_class(spec: str) -> type[Planner]:
     return load_planner(spec)[1]
+
+
+def _act_of(entry: PlannerEntry, handed: Handovers) -> str:
+    """Return where a planner's `act` stands, for what it returned and did not raise."""
+    try:
+        found = handed.get(entry.name)
+        act = (found.cls if found else _planner_class(entry.spec)).act
+        return f"{inspect.getfile(act)}:{inspect.getsourcelines(act)[1]}"
+    except (BeaconError, OSError, TypeError):
+        return ""
 
 
 def _log_path(

@@ -16,6 +16,7 @@ from beacon_mj.constants import SCHEMA
 from beacon_mj.errors import RunError
 from beacon_mj.eval.metrics.row import Row
 from beacon_mj.eval.runs.config import RunConfig
+from beacon_mj.eval.runs.frame import frame
 
 CONFIG, LINES, TABLE, SUMMARY = (
     "config.json",
@@ -102,7 +103,7 @@ class RunFolder:
         whole = msgspec.to_builtins(config) | {"scene_sha256": scenes}
         self._write(CONFIG, _pretty(whole))
         self._write(SUMMARY, _pretty(summary))
-        write_table(rows, self.path / TABLE)
+        write_table(rows, self.path / TABLE, config)
 
     def _write(self, name: str, data: bytes) -> None:
         """Write a file so that it is there whole or not at all."""
@@ -154,19 +155,12 @@ def load_rows(path: Path) -> list[Row]:
     return sorted(_read_lines(path / LINES)[0], key=lambda row: row.key)
 
 
-def write_table(rows: Sequence[Row], path: Path) -> None:
-    """Write rows as Parquet, in canonical order and with typed columns."""
-    import polars as pl
-
-    names = {int: pl.Int64, float: pl.Float64, bool: pl.Boolean, str: pl.String}
-    schema = {
-        field.name: names.get(_plain(field.type), pl.String)
-        for field in msgspec.structs.fields(Row)
-    }
-    ordered = sorted(rows, key=lambda row: row.key)
-    frame = pl.DataFrame([row.as_dict() for row in ordered], schema=schema)
+def write_table(
+    rows: Sequence[Row], path: Path, config: RunConfig | None = None
+) -> None:
+    """Write rows as Parquet, in canonical order and with typed columns; see `frame`."""
     part = path.with_name(f"{path.name}.part")
-    frame.write_parquet(part)
+    frame(rows, config).write_parquet(part)
     part.replace(path)
 
 
@@ -208,13 +202,6 @@ def difference(before: RunConfig, now: RunConfig) -> str | None:
 def _text(config: RunConfig, name: str) -> bytes:
     """Return an option as it is stored, where a tuple and a list are the same."""
     return msgspec.json.encode(getattr(config, name), order="deterministic")
-
-
-def _plain(annotation: Any) -> Any:
-    """Return the type of a column without its `| None`."""
-    return next(
-        (a for a in getattr(annotation, "__args__", ()) if a is float), annotation
-    )
 
 
 def _pretty(value: Any) -> bytes:

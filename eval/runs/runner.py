@@ -10,13 +10,22 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures.process import BrokenProcessPool
 from functools import partial
 from pathlib import Path
+from types import MappingProxyType
 
 from beacon_mj.eval.metrics.row import Row
 from beacon_mj.eval.runs.config import RunConfig, SceneRef, load_ref
-from beacon_mj.eval.runs.jobs import Job, lost_row, run_job
+from beacon_mj.eval.runs.jobs import (
+    Attempt,
+    Fault,
+    Handovers,
+    Job,
+    lost_row,
+    run_job,
+)
 from beacon_mj.eval.runs.warm_up import compile_kernels
 from beacon_mj.eval.runs.worker_process import prepare_worker
 
+NOBODY: Handovers = MappingProxyType({})
 AHEAD = 2  #: Jobs handed to each worker in advance, so that none waits.
 
 
@@ -48,6 +57,8 @@ def run_jobs(
     jobs: Sequence[Job],
     folder: Path | None = None,
     workers: int = 1,
+    handed: Handovers = NOBODY,
+    on_fault: Callable[[Fault], None] = lambda _: None,
 ) -> Iterator[list[Row]]:
     """Run jobs and yield the rows of each as it finishes, in any order.
 
@@ -56,35 +67,45 @@ def run_jobs(
         jobs: What to run.
         folder: Run folder, for logs; None for no logs.
         workers: Processes; with 1 everything runs in this one, for a debugger's sake.
+        handed: Planners that cannot be loaded by their spec, by name.
+        on_fault: Told why a planner failed, before its row is yielded.
 
     Raises:
         BeaconError: If a scene cannot be made or read.
     """
     compile_kernels()
-    work = partial(run_job, config, folder)
+    work = partial(run_job, config, folder, handed)
     if workers == 1:
-        yield from map(work, jobs)
+        for attempt in map(work, jobs):
+            yield told(attempt, on_fault)
         return
     left = dict.fromkeys(jobs)
     while left:
         sent: dict[Job, None] = {}
         try:
-            for job, rows in _parallel(work, list(left), sent, workers):
+            for job, attempt in _parallel(work, list(left), sent, workers):
                 del left[job]
-                yield rows
+                yield told(attempt, on_fault)
         except BrokenProcessPool:
             suspects = [job for job in sent if job in left]
             left = {job: None for job in left if job not in sent}
-            for row in _alone(config, work, suspects):
-                yield [row]
+            for attempt in _alone(config, work, suspects):
+                yield told(attempt, on_fault)
+
+
+def told(attempt: Attempt, on_fault: Callable[[Fault], None]) -> list[Row]:
+    """Return the rows of a job after telling of its faults."""
+    for fault in attempt.faults:
+        on_fault(fault)
+    return attempt.rows
 
 
 def _parallel(
-    work: Callable[[Job], list[Row]],
+    work: Callable[[Job], Attempt],
     jobs: Sequence[Job],
     sent: dict[Job, None],
     workers: int,
-) -> Iterator[tuple[Job, list[Row]]]:
+) -> Iterator[tuple[Job, Attempt]]:
     """Yield results as they come; note in `sent` every job that a worker may hold."""
     import joblib
 
@@ -104,13 +125,13 @@ def _parallel(
         yield from pool(feed())
 
 
-def _tagged(work: Callable[[Job], list[Row]], job: Job) -> tuple[Job, list[Row]]:
+def _tagged(work: Callable[[Job], Attempt], job: Job) -> tuple[Job, Attempt]:
     return job, work(job)
 
 
 def _alone(
-    config: RunConfig, work: Callable[[Job], list[Row]], jobs: Iterable[Job]
-) -> Iterator[Row]:
+    config: RunConfig, work: Callable[[Job], Attempt], jobs: Iterable[Job]
+) -> Iterator[Attempt]:
     """Run episodes one by one; if the process dies again, it was the planner's."""
     from joblib.externals.loky import ProcessPoolExecutor
 
@@ -118,11 +139,12 @@ def _alone(
     for job in (single for each in jobs for single in each.split()):
         pool = pool or ProcessPoolExecutor(1, initializer=prepare_worker)
         try:
-            yield from pool.submit(work, job).result()
+            yield pool.submit(work, job).result()
         except BrokenProcessPool:
             pool = None
             detail = "the process died while the planner ran"
             scene = load_ref(config, job.ref)
-            yield lost_row(config, scene, job.planners[0], "planner_error", detail)
+            row = lost_row(config, scene, job.planners[0], "planner_error", detail)
+            yield Attempt([row], [Fault(row.key, detail, "")])
     if pool is not None:
         pool.shutdown(kill_workers=True)

@@ -1,15 +1,28 @@
 """A planner that cannot harm more than its own episode."""
 
 import signal
+import sysconfig
 import threading
+import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from types import FrameType
 from typing import Any, ClassVar
 
+import beacon_mj
 from beacon_mj.interface import Command, Observation, Task
 from beacon_mj.planners.base import Planner
 from beacon_mj.planners.oracle.truth import Oracle, Truth
+
+#: Where Python's own library and this package lie; its links are followed.
+_LIBRARIES = (
+    Path(sysconfig.get_path("stdlib")).resolve(),
+    *(
+        (Path(beacon_mj.__file__).parent / name).resolve()
+        for name in (".", "eval", "planners", "scene_gen")
+    ),
+)
 
 #: Limits that a reset may take: compiling a planner's kernels is no decision.
 RESET_LIMITS = 20
@@ -26,6 +39,9 @@ class Guarded(Oracle):
     interrupted after `limit_s` where the system has interval timers and this is the
     main thread; elsewhere it is judged when it ends. The truth about a world is passed
     on to oracles and to no other planner.
+
+    Attributes:
+        where: File and line at which the planner failed; empty if it has not.
     """
 
     Config: ClassVar[type[Any]] = dict
@@ -35,6 +51,7 @@ class Guarded(Oracle):
         super().__init__({})
         self._build = build
         self._limit_s = limit_s
+        self.where = ""
 
     def set_truth(self, truth: Truth) -> None:
         """Keep the truth until it is known who asks."""
@@ -42,16 +59,47 @@ class Guarded(Oracle):
 
     def reset(self, task: Task) -> None:
         """Build the planner and reset it."""
-        with _contained(RESET_LIMITS * self._limit_s):
-            self._planner = self._build()
-            if isinstance(self._planner, Oracle):
-                self._planner.set_truth(self._truth)
-            self._planner.reset(task)
+        try:
+            with _contained(RESET_LIMITS * self._limit_s):
+                self._planner = self._build()
+                if isinstance(self._planner, Oracle):
+                    self._planner.set_truth(self._truth)
+                self._planner.reset(task)
+        except Exception as error:
+            self.where = location(error)
+            raise
 
     def act(self, observation: Observation) -> Command:
         """Ask the planner."""
-        with _contained(self._limit_s):
-            return self._planner.act(observation)
+        try:
+            with _contained(self._limit_s):
+                return self._planner.act(observation)
+        except Exception as error:
+            self.where = location(error)
+            raise
+
+
+def location(error: BaseException) -> str:
+    """Return `file:line` of the code that an error comes from.
+
+    That is the innermost frame outside of this package and of installed ones, so that
+    a planner's own line is named and not that of a library which it called; of an
+    error from inside the package alone, the innermost frame.
+    """
+    while error.__cause__ is not None:
+        error = error.__cause__
+    frames = traceback.extract_tb(error.__traceback__)
+    if not frames:
+        return ""
+    own = [f for f in frames if not _is_library(Path(f.filename))]
+    found = (own or frames)[-1]
+    return f"{found.filename}:{found.lineno}"
+
+
+def _is_library(path: Path) -> bool:
+    if {"site-packages", "dist-packages"} & {*path.parts}:
+        return True
+    return any(path.resolve().is_relative_to(root) for root in _LIBRARIES)
 
 
 @contextmanager

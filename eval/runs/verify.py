@@ -10,7 +10,9 @@ import msgspec
 from beacon_mj.constants import WALL_CLOCK_COLUMNS
 from beacon_mj.errors import BeaconError, LogError, RunError
 from beacon_mj.eval.metrics.measure import measure
-from beacon_mj.eval.runs.run_folder import LINES, TABLE, load_rows
+from beacon_mj.eval.runs.frame import varied_settings
+from beacon_mj.eval.runs.run_folder import LINES, TABLE, load_config, load_rows
+from beacon_mj.eval.runs.variants import text_of
 from beacon_mj.eval.runs.worker_process import prepare_worker
 from beacon_mj.recording.verify import Verification, verify
 
@@ -46,8 +48,37 @@ def tables_of(run: Path) -> dict[str, Rows]:
     """
     out: dict[str, Rows] = {LINES: {row.key: row.as_dict() for row in load_rows(run)}}
     if (run / TABLE).is_file():
-        out[TABLE] = {_key(row): row for row in _read_table(run / TABLE)}
+        columns = varied_settings(load_config(run))
+        out[TABLE] = {
+            _key(row): _without_settings(row, columns)
+            for row in _read_table(run / TABLE)
+        }
     return out
+
+
+def _without_settings(
+    row: Mapping[str, Any], columns: Mapping[str, Mapping[str, Any]]
+) -> dict[str, Any]:
+    """Return a row without the varied settings that are those of its planner.
+
+    One that differs stays, and so becomes a difference from the log's row.
+    """
+    planner = str(row.get("planner"))
+    expected = {
+        name: text_of(values[planner]) if planner in values else None
+        for name, values in columns.items()
+    }
+    return {
+        name: value
+        for name, value in row.items()
+        if name not in expected or not _same(value, expected[name])
+    }
+
+
+def _same(value: object, expected: str | None) -> bool:
+    if isinstance(value, float) and expected is not None:
+        return value == float(expected)
+    return (None if value is None else text_of(value)) == expected
 
 
 def verify_log(path: Path, tables: Mapping[str, Rows] | None = None) -> Verification:

@@ -99,7 +99,7 @@ class Cost(msgspec.Struct, frozen=True, kw_only=True):
     improvement: Improvement
 
 
-class Cell(msgspec.Struct, frozen=True, kw_only=True):
+class FamilyComparison(msgspec.Struct, frozen=True, kw_only=True):
     """One family, or all: scenes, rates by name and costs by column."""
 
     family: str
@@ -124,10 +124,10 @@ class Comparison(msgspec.Struct, frozen=True, kw_only=True):
     baseline: str
     left_out: int
     p_holm: float
-    cells: dict[str, Cell]
+    cells: dict[str, FamilyComparison]
 
 
-def compare(matched: Sequence[Matched]) -> list[Comparison]:
+def compare_pairs(matched: Sequence[Matched]) -> list[Comparison]:
     """Return the comparisons of pairs of arms."""
     made = [_comparison(pair) for pair in matched]
     raw = [c.cells[OVERALL].rates["success"].p_value for c in made]
@@ -152,8 +152,8 @@ def _comparison(matched: Matched) -> Comparison:
     )
 
 
-def _cell(family: str, pairs: Sequence[tuple[Row, Row]]) -> Cell:
-    return Cell(
+def _cell(family: str, pairs: Sequence[tuple[Row, Row]]) -> FamilyComparison:
+    return FamilyComparison(
         family=family,
         scenes=len(pairs),
         rates={name: _rate(pairs, name) for name in RATES},

@@ -1,24 +1,14 @@
 """Who is compared with whom: arms of one or several runs, matched by scene hash."""
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import NamedTuple
 
 from beacon_mj.errors import RunError, unknown
 from beacon_mj.eval.metrics.row import Row
-from beacon_mj.eval.runs.config import RunConfig
-from beacon_mj.eval.runs.run_folder import load_config, load_rows
+from beacon_mj.eval.statistics.results import Results
 
 DEFAULT_BASELINE = "dstar-lite"  #: The strongest baseline of the paper's Table II.
 NAMED = 5  #: Missing scenes that a message names.
-
-
-class Run(NamedTuple):
-    """A run folder that has been read: its rows by planner, in order of scenes."""
-
-    path: Path
-    config: RunConfig
-    planners: dict[str, list[Row]]
 
 
 class Arm(NamedTuple):
@@ -44,23 +34,8 @@ class Matched(NamedTuple):
     left_out: int
 
 
-def load_run(path: Path) -> Run:
-    """Return a run, finished or not.
-
-    Raises:
-        RunError: If the folder is no run, or no episode is finished.
-    """
-    config, rows = load_config(path), load_rows(path)
-    if not rows:
-        raise RunError(f"{path}: expected finished episodes but there are none.")
-    names = [entry.name for entry in config.planners]
-    order = dict.fromkeys([*names, *(row.planner for row in rows)])
-    planners = {name: [r for r in rows if r.planner == name] for name in order}
-    return Run(path, config, {n: own for n, own in planners.items() if own})
-
-
 def comparisons(
-    runs: Sequence[Run], baseline: str | None = None
+    runs: Sequence[Results], baseline: str | None = None
 ) -> list[tuple[Arm, Arm]]:
     """Return the (judged, baseline) arms that a user means.
 
@@ -86,11 +61,11 @@ def comparisons(
             for name, base in _counterparts(run, first, baseline)
         ]
     if not pairs:
-        raise RunError(f"{first.path}: expected a planner to compare with {base!r}.")
+        raise RunError(f"{first.folder}: expected a planner to compare with {base!r}.")
     return pairs
 
 
-def default_baseline(run: Run) -> str:
+def default_baseline(run: Results) -> str:
     """Return dstar-lite, or the first planner of a run without it."""
     known = run.planners
     return DEFAULT_BASELINE if DEFAULT_BASELINE in known else next(iter(known))
@@ -150,7 +125,9 @@ def _names(keys: Sequence[tuple[str, int]]) -> str:
     return shown + (", ..." if len(keys) > NAMED else "")
 
 
-def _counterparts(run: Run, first: Run, baseline: str | None) -> list[tuple[str, str]]:
+def _counterparts(
+    run: Results, first: Results, baseline: str | None
+) -> list[tuple[str, str]]:
     """Return each planner of a run with the one of the first run to compare it with."""
     if baseline is not None:
         return [(name, baseline) for name in run.planners]
@@ -159,24 +136,24 @@ def _counterparts(run: Run, first: Run, baseline: str | None) -> list[tuple[str,
         return [(next(iter(run.planners)), next(iter(first.planners)))]
     if not shared:
         raise RunError(
-            f"{run.path}: expected a planner of {first.path} "
+            f"{run.folder}: expected a planner of {first.folder} "
             f"({', '.join(first.planners)}) but it has {', '.join(run.planners)}. "
             "Use --baseline to compare with one of those."
         )
     return shared
 
 
-def _arm(run: Run, name: str, label: str) -> Arm:
+def _arm(run: Results, name: str, label: str) -> Arm:
     if name not in run.planners:
-        raise RunError(f"{run.path}: {unknown('planner', name, run.planners)}")
+        raise RunError(f"{run.folder}: {unknown('planner', name, run.planners)}")
     return Arm(f"{name}{label}", run.planners[name])
 
 
-def _labels(runs: Sequence[Run]) -> list[str]:
+def _labels(runs: Sequence[Results]) -> list[str]:
     """Return what is added to planners' names to tell the runs apart."""
     if len(runs) == 1:
         return [""]
-    names = [run.path.resolve().name for run in runs]
+    names = [run.folder.resolve().name for run in runs]
     if len({*names}) < len(names):
-        names = [str(run.path) for run in runs]
+        names = [str(run.folder) for run in runs]
     return [f" ({name})" for name in names]

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
 from beacon_mj.errors import RunError, unknown
-from beacon_mj.eval.statistics.compare import COSTS, Cell, Comparison
+from beacon_mj.eval.statistics.compare import COSTS, Comparison, FamilyComparison
 from beacon_mj.eval.statistics.summary import OVERALL, RATES
 
 _OPERATORS: dict[str, Callable[[float, float], bool]] = {
@@ -111,7 +111,7 @@ def _violation(gate: Gate, comparison: Comparison) -> str | None:
     return None
 
 
-def _value(gate: Gate, cell: Cell) -> float | None:
+def _value(gate: Gate, cell: FamilyComparison) -> float | None:
     if gate.column in cell.rates:
         difference = cell.rates[gate.column].difference
     else:

@@ -53,12 +53,11 @@ MEANS = (
     "plan_ms_p99",
 )
 
-#: What stands of one planner in one family, or a part of it, as JSON.
-Entry = dict[str, Any]
+Summary = dict[str, Any]
 
 
-def summarize(rows: Sequence[Row]) -> Entry:
-    """Return all tables: `tables[planner][family or "overall"]` is a cell.
+def summarize(rows: Sequence[Row]) -> Summary:
+    """Return all tables: `tables[planner][family or "overall"]` is one entry.
 
     Args:
         rows: Rows of a run, in any order.
@@ -73,13 +72,13 @@ def summarize(rows: Sequence[Row]) -> Entry:
     }
 
 
-def _planner(rows: Sequence[Row]) -> dict[str, Entry]:
+def _planner(rows: Sequence[Row]) -> dict[str, Summary]:
     families = dict.fromkeys(row.family for row in rows)
     cells = {OVERALL: cell(rows)}
     return cells | {f: cell([r for r in rows if r.family == f]) for f in families}
 
 
-def cell(rows: Sequence[Row]) -> Entry:
+def cell(rows: Sequence[Row]) -> Summary:
     """Return the numbers of one planner on one set of scenes."""
     return {
         "n": len(rows),
@@ -90,7 +89,7 @@ def cell(rows: Sequence[Row]) -> Entry:
     }
 
 
-def rate(flags: Sequence[bool]) -> Entry:
+def rate(flags: Sequence[bool]) -> Summary:
     """Return count, n, share, and its Wilson 95 % interval; nulls for no episode."""
     count, n = sum(flags), len(flags)
     if n == 0:
@@ -99,7 +98,7 @@ def rate(flags: Sequence[bool]) -> Entry:
     return {"count": count, "n": n, "rate": count / n, "low": low, "high": high}
 
 
-def means(rows: Sequence[Row]) -> dict[str, Entry]:
+def means(rows: Sequence[Row]) -> dict[str, Summary]:
     """Return each column's mean where it is defined, its n and BCa 95 % interval.
 
     Scenes are resampled, not episodes. Nulls where there is nothing to say.
@@ -120,7 +119,7 @@ def means(rows: Sequence[Row]) -> dict[str, Entry]:
     }
 
 
-def _mean(total: float, n: int, low: float, high: float) -> Entry:
+def _mean(total: float, n: int, low: float, high: float) -> Summary:
     return {
         "mean": total / n if n else None,
         "n": n,

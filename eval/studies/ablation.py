@@ -1,8 +1,9 @@
 """What the parts of a planner are worth: switched off one at a time, scene by scene.
 
-A *switch* is a field of the planner's configuration that is true by default. In every
-*situation* (what is perceived, and how far) the whole planner crosses the scenes, and
-each variant with one switch off. Costs are paired by scene within the situation:
+A *switch* is a field of the planner's configuration, or of one that it holds, that is
+true by default. In every *situation* (what is perceived, and how far) the whole planner
+crosses the scenes, and each variant with one switch off. Costs are paired by scene
+within the situation:
 
     effect = c(variant) - c(whole planner)
 
@@ -14,6 +15,7 @@ from pathlib import Path
 
 import msgspec
 
+from beacon_mj.episode.protocol import Protocol
 from beacon_mj.eval.metrics.row import Row
 from beacon_mj.eval.runs.config import (
     PlannerEntry,
@@ -21,11 +23,16 @@ from beacon_mj.eval.runs.config import (
     SceneRef,
 )
 from beacon_mj.eval.runs.experiment import (
-    Stage,
     experiment,
     run_stage,
     single_planner,
 )
+from beacon_mj.eval.runs.jobs import Handovers
+from beacon_mj.eval.runs.lineup import PlannerChoice
+from beacon_mj.eval.runs.overrides import dotted, flat
+from beacon_mj.eval.runs.progress import Progress
+from beacon_mj.eval.runs.runner import NOBODY
+from beacon_mj.eval.runs.variants import Values, variant
 from beacon_mj.eval.statistics.intervals import (
     Interval,
     mean_interval,
@@ -34,7 +41,7 @@ from beacon_mj.eval.statistics.intervals import (
     wilson_interval,
 )
 from beacon_mj.eval.statistics.summary import OVERALL, summarize
-from beacon_mj.eval.studies.parameter_grid import variant
+from beacon_mj.planners.base import Planner
 from beacon_mj.planners.registry import load_planner
 from beacon_mj.scene import Profile
 
@@ -64,7 +71,7 @@ class Effect(msgspec.Struct, frozen=True, kw_only=True):
     Attributes:
         family: The family, or `overall`.
         situation: A key of `SITUATIONS`.
-        variant: What is switched off, such as `update_belief`; empty for nothing.
+        variant: What is switched off, such as `predict_cascades`; empty for nothing.
         scenes: Scenes crossed.
         success: Episodes that reached the goal.
         clean: Those of them in which nothing broke.
@@ -83,22 +90,22 @@ class Effect(msgspec.Struct, frozen=True, kw_only=True):
     costs: dict[str, Interval]
 
 
-def switches(spec: str) -> tuple[str, ...]:
-    """Return the fields of a planner's configuration that are true by default.
+def switches(planner: str | type[Planner]) -> tuple[str, ...]:
+    """Return the dotted fields of a planner's configuration that are true by default.
 
     Raises:
         PlannerError: If there is no such planner.
     """
-    config = load_planner(spec)[1].Config()
-    names = getattr(config, "__dataclass_fields__", {})
-    return tuple(name for name in names if getattr(config, name) is True)
+    cls = load_planner(planner)[1] if isinstance(planner, str) else planner
+    values = flat(cls.Config())
+    return tuple(name for name, value in values.items() if value is True)
 
 
 def ablation_runs(
-    planner: str,
-    settings: Sequence[str] = (),
+    planner: PlannerChoice,
+    settings: Values = (),
     families: Sequence[str] = (),
-    episodes: int = 100,
+    scenes_per_family: int = 100,
     seed: int = 0,
     templates: Path | None = None,
 ) -> tuple[dict[str, RunConfig], list[SceneRef]]:
@@ -107,12 +114,12 @@ def ablation_runs(
     Raises:
         BeaconError: If an option is no good, or several planners are named.
     """
-    whole, protocol = single_planner(planner, settings)
+    whole, protocol, handed = single_planner(planner, settings)
     base, refs = experiment(
-        _variants(whole),
+        _variants(whole, protocol, handed),
         protocol,
         families=families,
-        episodes=episodes,
+        scenes_per_family=scenes_per_family,
         seed=seed,
         perception="noisy",
         templates=templates,
@@ -120,9 +127,14 @@ def ablation_runs(
     return {name: _in(base, each) for name, each in SITUATIONS.items()}, refs
 
 
-def _variants(whole: PlannerEntry) -> tuple[PlannerEntry, ...]:
-    off = [s for s in switches(whole.spec) if whole.config[s]]
-    return (whole, *(variant(whole, {switch: "false"}) for switch in off))
+def _variants(
+    whole: PlannerEntry, protocol: Protocol, handed: Handovers
+) -> tuple[PlannerEntry, ...]:
+    cls = handed[whole.name].cls if whole.name in handed else None
+    values = dotted(whole.config)
+    off = [switch for switch in switches(cls or whole.spec) if values[switch]]
+    lesser = (variant(whole, {s: "false"}, protocol, cls) for s in off)
+    return (whole, *lesser)
 
 
 def _in(base: RunConfig, situation: Situation) -> RunConfig:
@@ -140,14 +152,24 @@ def run_ablation(
     refs: Sequence[SceneRef],
     out: Path,
     workers: int,
-    stage: Stage,
+    stage: Progress,
+    handed: Handovers = NOBODY,
 ) -> list[Effect]:
-    """Run, or go on with, all situations, a run folder each, below `out`."""
+    """Run, or go on with, all situations, a run folder each, below `out`.
+
+    Args:
+        runs: See `ablation_runs`.
+        refs: The scenes.
+        out: Folder of the ablation.
+        workers: Processes.
+        stage: Opens the progress of each situation.
+        handed: The planner and its variants, if no worker can load them.
+    """
     effects = []
     for name, config in runs.items():
         path = out / name.replace(", ", "-").replace(" ", "")
         with stage(name, len(config.planners) * len(refs)) as update:
-            rows = run_stage(path, config, refs, workers, update, summarize)
+            rows = run_stage(path, config, refs, workers, update, summarize, handed)
         effects += effects_of(name, config.planners, rows)
     return effects
 

@@ -9,9 +9,9 @@ from beacon_mj.eval.metrics.row import Row
 from beacon_mj.eval.runs.config import (
     RunConfig,
     SceneRef,
-    planner_entries,
     stored_scenes,
 )
+from beacon_mj.eval.runs.lineup import planner_entries
 from beacon_mj.eval.runs.runner import plan, run_jobs
 from beacon_mj.eval.runs.versions import versions
 from beacon_mj.scene.files import load_scene
@@ -37,10 +37,10 @@ def certification(
     config = RunConfig(
         planners=entries,
         families=hashes,
-        episodes=None,
+        scenes_per_family=None,
         seed=0,
         perception=None,
-        scenes=str(folder.resolve()),
+        scene_dir=str(folder.resolve()),
         templates=None,
         protocol=protocol,
         log="none",

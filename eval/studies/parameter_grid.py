@@ -6,21 +6,23 @@ from typing import Literal, NamedTuple
 
 import msgspec
 
+from beacon_mj.episode.protocol import Protocol
 from beacon_mj.errors import RunError
 from beacon_mj.eval.runs.config import PlannerEntry
-from beacon_mj.eval.runs.overrides import configure, field_names
+from beacon_mj.eval.runs.overrides import flat
+from beacon_mj.eval.runs.variants import PROTOCOL, setting_of, text_of, variant
 from beacon_mj.planners.registry import load_planner
 
 Grid = Literal["one-at-a-time", "full"]
 #: What some fields of one planner are set to, as text, by field.
-Values = Mapping[str, str]
+Changes = Mapping[str, str]
 
 
 class Swept(NamedTuple):
     """One line of Table I.
 
     Attributes:
-        field: Field of the planner's configuration.
+        field: Dotted field of the planner's configuration.
         default: The paper's default.
         values: All values, the default among them.
     """
@@ -34,7 +36,7 @@ class Swept(NamedTuple):
 #: default of 0 stands for.
 TABLE_I = (
     Swept("robot_radius_m", "0.12", ("0.12", "0.45")),
-    Swept("w_e", "1.0", ("0.5", "1.0", "1.5")),
+    Swept("weights.w_e", "1.0", ("0.5", "1.0", "1.5")),
     Swept("lambda_occ", "5.0", ("2.5", "5.0", "7.5")),
     Swept("lambda_sem", "2.5", ("1.5", "2.5", "3.5")),
     Swept("push_bias", "0.35", ("0.20", "0.35", "0.50")),
@@ -50,7 +52,7 @@ def swept(spec: str) -> tuple[Swept, ...]:
         PlannerError: If there is no such planner.
     """
     name, cls = load_planner(spec)
-    known = field_names(cls.Config)
+    known = flat(cls.Config())
     found = tuple(line for line in TABLE_I if line.field in known)
     if not found:
         raise RunError(
@@ -58,6 +60,39 @@ def swept(spec: str) -> tuple[Swept, ...]:
             f"({', '.join(line.field for line in TABLE_I)}) but it has none."
         )
     return found
+
+
+def varied_line(
+    base: PlannerEntry,
+    protocol: Protocol,
+    target: str,
+    field: str,
+    values: Sequence[str],
+) -> Swept:
+    """Return the line of a field that the user sweeps; what it is now is the default.
+
+    Args:
+        base: The planner.
+        protocol: The run's.
+        target: The planner's name, or `protocol`.
+        field: The field.
+        values: As given; the default is added if it is not among them.
+
+    Raises:
+        BeaconError: If the field or a value is no good.
+    """
+    name = f"protocol.{field}" if target == PROTOCOL else field
+    whole = msgspec.structs.replace(base, protocol=protocol)
+    changed = {value: variant(whole, {name: value}, protocol) for value in values}
+    same = [
+        value
+        for value, entry in changed.items()
+        if (entry.config, entry.protocol) == (base.config, protocol)
+    ]
+    if same:
+        return Swept(name, same[0], tuple(values))
+    now = setting_of(whole, name, protocol)
+    return Swept(name, text_of(now), (text_of(now), *values))
 
 
 def settings_of(lines: Sequence[Swept], grid: Grid) -> list[dict[str, str]]:
@@ -78,25 +113,6 @@ def settings_of(lines: Sequence[Swept], grid: Grid) -> list[dict[str, str]]:
         if value != line.default
     ]
     return [{}, *singles]
-
-
-def variant(base: PlannerEntry, settings: Values) -> PlannerEntry:
-    """Return a planner with some values changed, under a name that says which."""
-    cls = load_planner(base.spec)[1]
-    own = {**base.settings, **settings}
-    config = msgspec.to_builtins(configure(cls, own, base.name))
-    return PlannerEntry(
-        name=variant_name(base.name, settings),
-        spec=base.spec,
-        settings=own,
-        config=config,
-    )
-
-
-def variant_name(planner: str, settings: Values) -> str:
-    """Return a name such as `beacon[w_e=0.5]`; the default keeps the planner's."""
-    inside = ",".join(f"{field}={value}" for field, value in settings.items())
-    return f"{planner}[{inside}]" if inside else planner
 
 
 def _default_first(line: Swept) -> tuple[str, ...]:

@@ -28,10 +28,12 @@ from beacon_mj.eval.metrics.row import Row
 from beacon_mj.eval.runs.config import (
     RunConfig,
     SceneRef,
-    planner_entries,
 )
 from beacon_mj.eval.runs.experiment import experiment, single_planner
-from beacon_mj.eval.runs.runner import plan, run_jobs
+from beacon_mj.eval.runs.jobs import Handovers
+from beacon_mj.eval.runs.lineup import PlannerChoice, planner_entries
+from beacon_mj.eval.runs.runner import NOBODY, plan, run_jobs
+from beacon_mj.eval.runs.variants import Values
 from beacon_mj.eval.statistics.intervals import Interval, mean_interval, paired_interval
 from beacon_mj.eval.statistics.summary import OVERALL
 from beacon_mj.eval.studies.certify import ORACLE
@@ -69,10 +71,10 @@ class Price(NamedTuple):
 
 
 def regret_runs(
-    planner: str,
-    settings: Sequence[str] = (),
+    planner: PlannerChoice,
+    settings: Values = (),
     families: Sequence[str] = (),
-    episodes: int = 100,
+    scenes_per_family: int = 100,
     seed: int = 0,
     perception: Profile = "noisy",
     templates: Path | None = None,
@@ -82,7 +84,7 @@ def regret_runs(
     Raises:
         BeaconError: If an option is no good, or the planner is the clairvoyant.
     """
-    entry, protocol = single_planner(planner, settings)
+    entry, protocol, _ = single_planner(planner, settings)
     if entry.name == ORACLE:
         raise RunError(
             f"Expected a planner other than {ORACLE}: that is the comparison."
@@ -91,7 +93,7 @@ def regret_runs(
         [entry],
         protocol,
         families=families,
-        episodes=episodes,
+        scenes_per_family=scenes_per_family,
         seed=seed,
         perception="truth",
         templates=templates,
@@ -107,11 +109,21 @@ def regret_runs(
 
 
 def run_regret(
-    runs: dict[str, RunConfig], refs: Sequence[SceneRef], workers: int = 1
+    runs: dict[str, RunConfig],
+    refs: Sequence[SceneRef],
+    workers: int = 1,
+    handed: Handovers = NOBODY,
 ) -> Iterator[tuple[str, Row]]:
-    """Run everything; yield each row with the name of its run."""
+    """Run everything; yield each row with the name of its run.
+
+    Args:
+        runs: See `regret_runs`.
+        refs: The scenes.
+        workers: Processes.
+        handed: The planner, if no worker can load it.
+    """
     for name, config in runs.items():
-        for rows in run_jobs(config, plan(config, refs), None, workers):
+        for rows in run_jobs(config, plan(config, refs), None, workers, handed):
             yield from ((name, row) for row in rows)
 
 

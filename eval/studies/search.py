@@ -10,19 +10,19 @@ from pathlib import Path
 from typing import Any
 
 from beacon_mj.errors import RunError
-from beacon_mj.eval.studies.parameter_grid import Swept, Values, swept
-from beacon_mj.eval.studies.sweep import Request, Score
+from beacon_mj.eval.studies.parameter_grid import Changes, Swept
+from beacon_mj.eval.studies.sweep import Score, SweepRequest, swept_lines
 
 JOURNAL = "optuna.journal"
 #: Ranges beyond Table I's values: from half the smallest to twice the largest, but for
 #: the radius, whose largest value no gap of our families lets through.
 RADIUS_M = (0.10, 0.45)
 
-Try = Callable[[int, Values], Score]
+Try = Callable[[int, Changes], Score]
 
 
 def search(
-    request: Request, out: Path, found: Sequence[Score], tried: Try
+    request: SweepRequest, out: Path, found: Sequence[Score], tried: Try
 ) -> list[Score]:
     """Return the scores of `request.trials` configurations that optuna suggests.
 
@@ -35,7 +35,7 @@ def search(
     Raises:
         RunError: If optuna is not installed.
     """
-    lines = swept(request.planner)
+    lines = swept_lines(request)
     study = _study(request, out / JOURNAL)
     known = _distributions(lines)
     for score in found[len(study.trials) :]:
@@ -59,7 +59,7 @@ def merit(score: Score) -> float:
     return count + 1.0 / (1.0 - less_energy)
 
 
-def _study(request: Request, journal: Path) -> Any:
+def _study(request: SweepRequest, journal: Path) -> Any:
     try:
         import optuna
         from optuna.storages.journal import JournalFileBackend, JournalStorage
@@ -82,7 +82,13 @@ def _distributions(lines: Sequence[Swept]) -> dict[str, Any]:
 
     ranges = {}
     for line in lines:
-        values = [float(value) for value in line.values]
+        try:
+            values = [float(value) for value in line.values]
+        except ValueError as error:
+            raise RunError(
+                f"--trials: expected numbers of {line.field} but they were "
+                f"{', '.join(line.values)}."
+            ) from error
         low, high = 0.5 * min(values), 2.0 * max(values)
         if line.field == "robot_radius_m":
             low, high = RADIUS_M

@@ -20,17 +20,18 @@ from beacon_mj.eval.runs.config import (
     PlannerEntry,
     RunConfig,
     SceneRef,
-    planner_entries,
 )
 from beacon_mj.eval.runs.experiment import experiment, single_planner
+from beacon_mj.eval.runs.lineup import planner_entries
+from beacon_mj.eval.runs.variants import PROTOCOL, axes, variant, variant_name
 from beacon_mj.eval.statistics.intervals import Interval, mean_interval
 from beacon_mj.eval.statistics.summary import rate
 from beacon_mj.eval.studies.parameter_grid import (
+    Changes,
     Grid,
     Swept,
-    Values,
-    variant,
-    variant_name,
+    swept,
+    varied_line,
 )
 from beacon_mj.scene import Profile
 
@@ -40,7 +41,7 @@ AGAINST = ("bug1", "bug2", "dstar-lite")  #: Who else is in Table III.
 Span = tuple[float, float | None, float | None]
 
 
-class Request(msgspec.Struct, frozen=True, kw_only=True):
+class SweepRequest(msgspec.Struct, frozen=True, kw_only=True):
     """What is swept, and on which scenes.
 
     Attributes:
@@ -48,10 +49,12 @@ class Request(msgspec.Struct, frozen=True, kw_only=True):
         settings: Further values, `planner.field=value` or `protocol.field=value`.
         grid: See `settings_of`.
         families: Scene families; none for all.
-        episodes: Scenes per family, of each split.
+        scenes_per_family: Scenes per family, of each split.
         select_seed: Seed of the scenes on which a configuration is selected.
         seed: Seed of the scenes on which it is reported.
         perception: Profile.
+        vary: What is swept, `planner.field=a,b,c` or `protocol.field=a,b,c`; none for
+            the lines of Table I that the planner has.
         against: Planners beside it in the report, at their defaults.
         trials: Configurations that optuna tries beyond the grid.
     """
@@ -60,10 +63,11 @@ class Request(msgspec.Struct, frozen=True, kw_only=True):
     settings: tuple[str, ...] = ()
     grid: Grid = "one-at-a-time"
     families: tuple[str, ...] = ()
-    episodes: int = 10
+    scenes_per_family: int = 10
     select_seed: int = FIRST_SEED
     seed: int = 0
     perception: Profile = "noisy"
+    vary: tuple[str, ...] = ()
     against: tuple[str, ...] = AGAINST
     trials: int = 0
 
@@ -98,42 +102,59 @@ class Score(msgspec.Struct, frozen=True, kw_only=True):
         return self.success["count"], -self.energy_j[0]
 
 
-def base_entry(request: Request) -> PlannerEntry:
+def base_entry(request: SweepRequest) -> PlannerEntry:
     """Return the swept planner. Raises BeaconError if an option is no good."""
-    return single_planner(request.planner, request.settings)[0]
+    return single_planner(request.planner, request.settings).entry
+
+
+def swept_lines(request: SweepRequest) -> tuple[Swept, ...]:
+    """Return what is swept: the lines of Table I, or what the request varies.
+
+    Raises:
+        BeaconError: If nothing can be swept, or a field or value is no good.
+    """
+    if not request.vary:
+        return swept(request.planner)
+    base, protocol, _ = single_planner(request.planner, request.settings)
+    return tuple(
+        varied_line(base, protocol, target, field, values)
+        for (target, field), values in axes(request.vary, [PROTOCOL, base.name]).items()
+    )
 
 
 def select_config(
-    request: Request, settings: Sequence[Values]
+    request: SweepRequest, settings: Sequence[Changes]
 ) -> tuple[RunConfig, list[SceneRef]]:
     """Return the run of some configurations on the selection split."""
-    base = base_entry(request)
-    entries = tuple(variant(base, values) for values in settings)
+    base, protocol, _ = single_planner(request.planner, request.settings)
+    entries = tuple(variant(base, values, protocol) for values in settings)
     return _config(request, entries, request.select_seed)
 
 
-def report_config(request: Request, best: Values) -> tuple[RunConfig, list[SceneRef]]:
+def report_config(
+    request: SweepRequest, best: Changes
+) -> tuple[RunConfig, list[SceneRef]]:
     """Return the run of default, best, and the others on the report split."""
-    base = base_entry(request)
-    own = {variant_name(base.name, s): variant(base, s) for s in ({}, best)}
+    base, protocol, _ = single_planner(request.planner, request.settings)
+    own = {e.name: e for s in ({}, best) for e in [variant(base, s, protocol)]}
     others = [e for e in planner_entries(request.against, ())[0] if e.name not in own]
     return _config(request, (*others, *own.values()), request.seed)
 
 
 def _config(
-    request: Request, entries: tuple[PlannerEntry, ...], seed: int
+    request: SweepRequest, entries: tuple[PlannerEntry, ...], seed: int
 ) -> tuple[RunConfig, list[SceneRef]]:
     return experiment(
         entries,
-        single_planner(request.planner, request.settings)[1],
+        single_planner(request.planner, request.settings).protocol,
         families=request.families,
-        episodes=request.episodes,
+        scenes_per_family=request.scenes_per_family,
         seed=seed,
         perception=request.perception,
     )
 
 
-def score(rows: Sequence[Row], settings: Values) -> Score:
+def score(rows: Sequence[Row], settings: Changes) -> Score:
     """Return how one configuration did.
 
     Args:
@@ -157,7 +178,7 @@ def span(interval: Interval) -> Span:
 
 
 def scores(
-    rows: Sequence[Row], planner: str, settings: Sequence[Values]
+    rows: Sequence[Row], planner: str, settings: Sequence[Changes]
 ) -> list[Score]:
     """Return how each configuration did, in the order of `settings`."""
     of: dict[str, list[Row]] = {}

@@ -8,17 +8,17 @@ import msgspec
 
 from beacon_mj.errors import RunError
 from beacon_mj.eval.metrics.row import Row
-from beacon_mj.eval.runs.experiment import Stage, run_stage
+from beacon_mj.eval.runs.experiment import run_stage
+from beacon_mj.eval.runs.progress import Progress
+from beacon_mj.eval.runs.variants import variant_name
 from beacon_mj.eval.statistics.intervals import mcnemar, paired_interval
 from beacon_mj.eval.statistics.summary import summarize
 from beacon_mj.eval.studies import sweep as stages
 from beacon_mj.eval.studies.parameter_grid import (
-    Values,
+    Changes,
     settings_of,
-    swept,
-    variant_name,
 )
-from beacon_mj.eval.studies.sweep import Request, Score, Span
+from beacon_mj.eval.studies.sweep import Score, Span, SweepRequest
 
 REQUEST, RESULT = "request.json", "sweep.json"
 
@@ -68,7 +68,7 @@ class Result(msgspec.Struct, frozen=True, kw_only=True):
         gain: Selected less default; None if they are the same.
     """
 
-    request: Request
+    request: SweepRequest
     table_i: tuple[Line, ...]
     scores: tuple[Score, ...]
     selected: dict[str, str]
@@ -77,7 +77,9 @@ class Result(msgspec.Struct, frozen=True, kw_only=True):
     gain: Gain | None
 
 
-def run_sweep(request: Request, out: Path, workers: int, stage: Stage) -> Result:
+def run_sweep(
+    request: SweepRequest, out: Path, workers: int, stage: Progress
+) -> Result:
     """Run, or go on with, a sweep.
 
     Args:
@@ -89,7 +91,7 @@ def run_sweep(request: Request, out: Path, workers: int, stage: Stage) -> Result
     Raises:
         BeaconError: If an option is no good, or the folder is another sweep's.
     """
-    lines, base = swept(request.planner), stages.base_entry(request)
+    lines, base = stages.swept_lines(request), stages.base_entry(request)
     settings = settings_of(lines, request.grid)
     stages.select_config(request, settings)  # So that nothing is written if it is bad.
     _claim(request, out)
@@ -127,7 +129,7 @@ def run_sweep(request: Request, out: Path, workers: int, stage: Stage) -> Result
     return result
 
 
-def _claim(request: Request, out: Path) -> None:
+def _claim(request: SweepRequest, out: Path) -> None:
     """Write the request into a new folder, or see that it is the same."""
     path = out / REQUEST
     text = msgspec.json.format(msgspec.json.encode(request), indent=1) + b"\n"
@@ -141,18 +143,18 @@ def _claim(request: Request, out: Path) -> None:
     _write(path, request)
 
 
-def _write(path: Path, value: Request | Result) -> None:
+def _write(path: Path, value: SweepRequest | Result) -> None:
     part = path.with_name(f"{path.name}.part")
     part.write_bytes(msgspec.json.format(msgspec.json.encode(value), indent=1) + b"\n")
     part.replace(path)
 
 
 def _select(
-    request: Request,
+    request: SweepRequest,
     path: Path,
-    settings: Sequence[Values],
+    settings: Sequence[Changes],
     workers: int,
-    stage: Stage,
+    stage: Progress,
 ) -> list[Score]:
     """Run configurations on the selection split and return their scores."""
     config, refs = stages.select_config(request, settings)
@@ -167,12 +169,16 @@ def _select(
 
 
 def _search(
-    request: Request, out: Path, found: Sequence[Score], workers: int, stage: Stage
+    request: SweepRequest,
+    out: Path,
+    found: Sequence[Score],
+    workers: int,
+    stage: Progress,
 ) -> list[Score]:
     """Let optuna try configurations beyond the grid."""
     from beacon_mj.eval.studies.search import search
 
-    def tried(number: int, settings: Values) -> Score:
+    def tried(number: int, settings: Changes) -> Score:
         path = out / "trials" / f"{number:04d}"
         return _select(request, path, [settings], workers, stage)[0]
 
@@ -180,7 +186,7 @@ def _search(
 
 
 def _report(
-    request: Request, path: Path, best: Values, workers: int, stage: Stage
+    request: SweepRequest, path: Path, best: Changes, workers: int, stage: Progress
 ) -> list[Row]:
     config, refs = stages.report_config(request, best)
     with stage(path.name, len(config.planners) * len(refs)) as update:

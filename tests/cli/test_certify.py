@@ -92,6 +92,6 @@ def test_a_broken_scene_is_named(
 
 def test_scenes_can_be_certified_when_they_are_made(tmp_path: Path) -> None:
     out = tmp_path / "new"
-    options = ["--family", "sparse", "--episodes", "1", "--seed", str(SEED)]
+    options = ["--family", "sparse", "-n", "1", "--seed", str(SEED)]
     assert run(["generate", "--out", str(out), "--certify", *options]) == 0
     assert load_scene(out / "scene_0000.json").certificate.simulated == "clean"

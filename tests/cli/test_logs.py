@@ -78,7 +78,7 @@ def test_plot_is_an_svg_named_after_the_log(
         ("log recover gone.mcap.part", "gone.mcap.part: cannot read"),
         ("plot gone.mcap", "gone.mcap: cannot read"),
         ("export gone.mcap --ros2 bag", "gone.mcap: cannot read"),
-        ("replay gone.mcap --verify", "gone.mcap: cannot read"),
+        ("verify gone.mcap", "gone.mcap: cannot read"),
         ("replay gone.mcap --view", "gone.mcap: cannot read"),
     ],
 )

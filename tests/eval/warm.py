@@ -1,6 +1,6 @@
 """Imported by the server that runs are forked from: all that takes time at first."""
 
-import beacon_mj.cli.evaluation  # noqa: F401
+import beacon_mj.eval.api.evaluation  # noqa: F401
 from beacon_mj.eval.runs.warm_up import compile_kernels
 
 compile_kernels()

@@ -11,8 +11,8 @@ import pytest
 
 from beacon_mj.episode.conformance import check_planner
 from beacon_mj.errors import PlannerError, RunError
-from beacon_mj.eval.runs.config import planner_entries
 from beacon_mj.eval.runs.experiment import experiment
+from beacon_mj.eval.runs.lineup import planner_entries
 from beacon_mj.eval.runs.overrides import configure, parse_settings
 from beacon_mj.eval.runs.runner import plan, run_jobs
 from beacon_mj.interface import Command, Observation, PlannerInfo
@@ -25,7 +25,7 @@ from tests.repository import REPOSITORY
 from tests.worlds import cached_scene
 
 HOSTILE = REPOSITORY / "tests" / "eval" / "hostile.py"
-NAMES = sorted(registry.PAPER | registry.REFERENCE)
+NAMES = sorted(registry.PAPER | registry.OURS | registry.REFERENCE)
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -48,7 +48,7 @@ def test_a_planner_from_a_file() -> None:
     assert issubclass(cls, Planner)
     with pytest.raises(PlannerError, match=r"'Harmles'\. Did you mean 'Harmless'"):
         load_planner(f"{HOSTILE}:Harmles")
-    with pytest.raises(PlannerError, match="lacks act, Config"):
+    with pytest.raises(PlannerError, match="lacks act"):
         load_planner(f"{HOSTILE}:Unfinished")
     with pytest.raises(PlannerError, match="there is none"):
         load_planner("missing.py:Anything")
@@ -105,7 +105,12 @@ def test_two_files_of_one_stem_run(tmp_path: Path, workers: int) -> None:
     specs = [write(tmp_path / n, f"Mine{n.upper()}", 0.1) for n in "ab"]
     entries, protocol = planner_entries(specs, ["MineA.v=0.2", "MineB.v=0.4"])
     config, refs = experiment(
-        entries, protocol, families=["sparse"], episodes=2, seed=0, perception="noisy"
+        entries,
+        protocol,
+        families=["sparse"],
+        scenes_per_family=2,
+        seed=0,
+        perception="noisy",
     )
     rows = [r for rs in run_jobs(config, plan(config, refs), None, workers) for r in rs]
     assert [r.outcome for r in rows] == ["gave_up"] * 4
@@ -172,10 +177,19 @@ def test_settings_are_typed_by_their_field() -> None:
     ("values", "message"),
     [
         ({"speed": "1"}, r"field of push-through 'speed'\. Did you mean 'speed_share'"),
-        ({"speed_share": "fast"}, "speed_share: expected float but it was 'fast'"),
-        ({"speed_share": "nan"}, "push-through.speed_share to be finite"),
-        ({"speed_share": "1e999"}, "speed_share: Number out of range"),
-        ({"speed_share": "2"}, "Expected speed_share to be between 0.01 and 1"),
+        (
+            {"speed_share": "fast"},
+            "push-through.speed_share to be a finite number but it was 'fast'",
+        ),
+        (
+            {"speed_share": "nan"},
+            "push-through.speed_share to be a finite number but it was 'nan'",
+        ),
+        ({"speed_share": "1e999"}, "push-through.speed_share to be a finite number"),
+        (
+            {"speed_share": "2"},
+            "Expected push-through.speed_share to be between 0.01 and 1 but it was 2.0",
+        ),
     ],
 )
 def test_bad_settings_are_named(values: dict[str, str], message: str) -> None:

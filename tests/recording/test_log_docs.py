@@ -34,7 +34,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
         scene = generate_scene(family, index)
         (folder / "scenes" / f"{scene.name}.json").write_bytes(scene.to_json())
     options = ["--planner", "beacon", "--planner", "push-through", "--workers", "1"]
-    where = ["--scenes", str(folder / "scenes"), "--out", str(folder / "runs" / "x")]
+    where = ["--scene-dir", str(folder / "scenes"), "--out", str(folder / "runs" / "x")]
     assert cli.run(["eval", *options, *where]) == 0
     log = folder / "runs" / "x" / "logs" / "beacon" / "cluttered_0007.mcap"
     shutil.copy(log, folder)

@@ -172,7 +172,7 @@ def test_forged_world_with_mended_hash_is_caught(
 def test_other_engine_is_refused_by_name(sample: Sample, tmp_path: Path) -> None:
     _with_metadata(sample, tmp_path / "x.mcap", "versions", mujoco="3.1.6")
     problem = verify(tmp_path / "x.mcap", row).problem
-    here = provenance.versions()["mujoco"]
+    here = provenance.log_versions()["mujoco"]
     assert problem is not None
     assert f"recorded with mujoco 3.1.6 but this is mujoco {here}" in problem
 

@@ -17,7 +17,7 @@ from beacon_mj.eval.report import figures
 from beacon_mj.eval.report.command import command_of
 from beacon_mj.eval.report.page import render_report
 from beacon_mj.eval.report.reproduction import BEGIN, END, markdown
-from beacon_mj.eval.statistics.pairing import load_run
+from beacon_mj.eval.statistics.results import load_results
 from beacon_mj.eval.statistics.summary import summarize
 from beacon_mj.eval.studies.calibration import (
     FIRST,
@@ -101,7 +101,7 @@ RUNS = {
 @pytest.mark.parametrize("name", RUNS)
 def test_every_run_renders(name: str, tmp_path: Path) -> None:
     planners = list(dict.fromkeys(row.planner for row in RUNS[name]))
-    run = load_run(write_run(tmp_path / "run", planners, RUNS[name]))
+    run = load_results(write_run(tmp_path / "run", planners, RUNS[name]))
     text = render_report(run)
     page = Page(text)
     assert len(page.sources) > 8
@@ -126,7 +126,7 @@ def test_an_unfinished_run_says_so(tmp_path: Path) -> None:
     found = rows([4.0, 5.0], [True, True], "beacon") + rows([5.0], [True], "bug1")
     path = write_run(tmp_path / "run", ["beacon", "bug1"], found)
     (path / "episodes.parquet").unlink()
-    page = Page(render_report(load_run(path)))
+    page = Page(render_report(load_results(path)))
     assert "This run is not finished" in page.text
     assert "Up to 1 scenes that only one of two planners has run" in page.text
 
@@ -134,7 +134,9 @@ def test_an_unfinished_run_says_so(tmp_path: Path) -> None:
 def test_yardsticks_stand_apart(tmp_path: Path) -> None:
     names = ["beacon", "clairvoyant", "stranger"]
     found = [row for name in names for row in rows([4.0, 5.0], [True, True], name)]
-    text = Page(render_report(load_run(write_run(tmp_path / "r", names, found)))).text
+    text = Page(
+        render_report(load_results(write_run(tmp_path / "r", names, found)))
+    ).text
     places = [
         text.index(word) for word in ("Planners of", "Further", "Reference planners")
     ]
@@ -164,7 +166,7 @@ def real(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return a run with logs: beacon pushes its way through one scene."""
     path = tmp_path_factory.mktemp("real") / "run"
     arguments = "eval --planner beacon --planner bug1 --family collision-required"
-    small = ["--episodes", "1", "--workers", "1", "--out", str(path)]
+    small = ["-n", "1", "--workers", "1", "--out", str(path)]
     short = ["--set", "protocol.max_steps=300"]
     assert cli.run([*arguments.split(), *small, *short]) == 0
     return path
@@ -174,7 +176,7 @@ def test_beliefs_from_logs(real: Path) -> None:
     found = read_beliefs(sorted((real / "logs/beacon").glob("*.mcap")))
     assert (found.logs, found.unreadable) == (1, 0)
     n = {what: len(found.forecasts[what]) for what in found.forecasts}
-    [row] = load_run(real).planners["beacon"]
+    [row] = load_results(real).planners["beacon"]
     assert row.pushes > 0
     assert n[FIRST] >= n[PUSHED_FIRST] == n[PUSHED_LAST] > 0
     (real / "bad.mcap").write_bytes(b"no log")
@@ -192,9 +194,9 @@ def test_a_page_with_episodes(real: Path, tmp_path: Path) -> None:
 
 
 def test_the_command_repeats_the_run(real: Path) -> None:
-    assert command_of(load_run(real).config) == (
+    assert command_of(load_results(real).config) == (
         "beacon-mj eval --planner beacon --planner bug1 --set protocol.max_steps=300 "
-        "--family collision-required --episodes 1 --seed 0 --perception noisy"
+        "--family collision-required --scenes-per-family 1 --seed 0 --perception noisy"
     )
 
 
@@ -210,7 +212,7 @@ def test_the_papers_tables_are_filled_in(tmp_path: Path) -> None:
     assert text.endswith(f"{END}\nafter\n")
     assert "old" not in text
     assert "| beacon | 100.00 [43.85, 100.00] | 96.75 |" in text
-    assert markdown(load_run(run)) in text
+    assert markdown(load_results(run)) in text
     assert cli.run(["report", str(run), "--tables", str(page)]) == 0
     assert page.read_text() == text
 
@@ -242,7 +244,7 @@ def test_reading_the_command_line_needs_no_matplotlib() -> None:
 @pytest.mark.skipif(CHROMIUM is None, reason="no browser")
 def test_in_a_browser(real: Path, tmp_path: Path) -> None:
     """No error on the console, and every image has a size."""
-    text = render_report(load_run(real), with_replay=False)
+    text = render_report(load_results(real), with_replay=False)
     probe = (
         "<script>addEventListener('load', () => { document.title = "
         "[...document.images].filter(i => !i.naturalWidth).length + ' missing of ' "

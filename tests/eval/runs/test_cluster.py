@@ -98,7 +98,7 @@ def by_key(rows: list[Row]) -> list[Row]:
 
 
 def test_a_killed_worker_costs_no_episode(workers: Cluster) -> None:
-    config, refs = configured(["push-through", "bug1"], episodes=6)
+    config, refs = configured(["push-through", "bug1"], scenes_per_family=6)
     found: list[Row] = []
     for rows in run_on_cluster(config, plan(config, refs), None, workers.address):
         if not found:
@@ -135,9 +135,9 @@ def test_a_worker_that_cannot_run_this_says_so(tmp_path: Path) -> None:
         config, versions=config.versions | {"mujoco": "1.2.3"}
     )
     with pytest.raises(RunError, match=r"worker on .*: expected mujoco 1\.2\.3 but"):
-        checked_job(other, None, job)
+        checked_job(other, None, {}, job)
     with pytest.raises(RunError, match=r"nowhere: no such folder\. Use --log none"):
-        checked_job(config, tmp_path / "nowhere", job)
+        checked_job(config, tmp_path / "nowhere", {}, job)
 
 
 @pytest.mark.parametrize("address", ["tcp://127.0.0.1:1", "nonsense://", "x"])

@@ -12,11 +12,11 @@ from beacon_mj.eval.runs.config import (
     RunConfig,
     SceneRef,
     generated_scenes,
-    planner_entries,
     scene_refs,
     stored_scenes,
 )
 from beacon_mj.eval.runs.jobs import planner_seed
+from beacon_mj.eval.runs.lineup import planner_entries
 from beacon_mj.eval.runs.runner import plan, run_jobs
 from beacon_mj.eval.runs.versions import versions
 from beacon_mj.scene_gen.generate import generate_scene
@@ -28,18 +28,18 @@ HOSTILE = REPOSITORY / "tests" / "eval" / "hostile.py"
 def configured(
     planners: Sequence[str],
     families: Sequence[str] = ("sparse",),
-    episodes: int = 1,
+    scenes_per_family: int = 1,
     settings: Sequence[str] = ("protocol.max_steps=120",),
 ) -> tuple[RunConfig, list[SceneRef]]:
     entries, protocol = planner_entries(planners, settings)
-    hashes, refs = generated_scenes(families, episodes, None)
+    hashes, refs = generated_scenes(families, scenes_per_family, None)
     config = RunConfig(
         planners=entries,
         families=hashes,
-        episodes=episodes,
+        scenes_per_family=scenes_per_family,
         seed=0,
         perception="noisy",
-        scenes=None,
+        scene_dir=None,
         templates=None,
         protocol=protocol,
         log="none",
@@ -102,7 +102,7 @@ def test_a_failing_planner_costs_its_own_episode(name: str, detail: str) -> None
 def test_a_dying_process_costs_only_the_episode_that_killed_it() -> None:
     config, refs = configured(
         [hostile("Dies"), hostile("Harmless"), "push-through"],
-        episodes=3,
+        scenes_per_family=3,
         settings=["protocol.max_steps=120", "Dies.at=2"],
     )
     rows = run(config, refs, workers=2)
@@ -119,11 +119,11 @@ def _without_dies(
     config: RunConfig, refs: Sequence[SceneRef]
 ) -> tuple[RunConfig, list[SceneRef]]:
     specs = [entry.spec for entry in config.planners if entry.name != "Dies"]
-    return configured(specs, episodes=len(refs))
+    return configured(specs, scenes_per_family=len(refs))
 
 
 def test_finished_episodes_are_not_planned_again() -> None:
-    config, refs = configured(["push-through", "dstar-lite"], episodes=2)
+    config, refs = configured(["push-through", "dstar-lite"], scenes_per_family=2)
     done = [row for row in run(config, refs) if row.key != ("dstar-lite", "sparse", 1)]
     [job] = plan(config, refs, done)
     assert (job.ref, job.planners) == (SceneRef("sparse", 1), ("dstar-lite",))
@@ -137,7 +137,7 @@ def test_planner_seeds_differ_between_scenes_only() -> None:
 
 
 def test_stored_scenes_give_the_same_rows_as_generated_ones(tmp_path: Path) -> None:
-    config, refs = configured(["push-through"], episodes=2)
+    config, refs = configured(["push-through"], scenes_per_family=2)
     for k in range(2):
         scene = generate_scene("sparse", k)
         (tmp_path / f"scene_{k:04d}.json").write_bytes(scene.to_json())
@@ -161,5 +161,7 @@ def test_unknown_stored_family_is_refused(tmp_path: Path) -> None:
 
 
 def test_a_configuration_finds_its_scenes_again() -> None:
-    config, refs = configured(["push-through"], ["sparse", "cluttered"], episodes=3)
+    config, refs = configured(
+        ["push-through"], ["sparse", "cluttered"], scenes_per_family=3
+    )
     assert scene_refs(config) == (config.families, refs)

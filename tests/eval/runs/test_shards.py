@@ -19,7 +19,7 @@ from beacon_mj.eval.studies.merge import merge
 
 SMALL = [
     "eval", "--planner", "push-through", "--planner", "bug1", "--family", "sparse",
-    "--family", "collision-required", "--episodes", "2", "--workers", "1",
+    "--family", "collision-required", "-n", "2", "--workers", "1",
     "--set", "protocol.max_steps=60",
 ]  # fmt: skip
 

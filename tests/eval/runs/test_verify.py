@@ -29,7 +29,7 @@ from tests.recording.samples import record
 def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A small run with its logs."""
     out = tmp_path_factory.mktemp("runs") / "run"
-    options = "--planner bug1 --planner beacon --family sparse --episodes 2 --workers 1"
+    options = "--planner bug1 --planner beacon --family sparse -n 2 --workers 1"
     limit = ["--set", "protocol.max_steps=25", "--out", str(out)]
     assert cli.run(["eval", *options.split(), *limit]) == 0
     return out
@@ -136,7 +136,7 @@ def test_the_command_verifies_a_folder_on_two_processes(
     run: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     capsys.readouterr()
-    assert cli.run(["replay", str(run), "--verify", "--workers", "2"]) == 0
+    assert cli.run(["verify", str(run), "--workers", "2"]) == 0
     out, err = capsys.readouterr()
     assert "4 of 4 logs verified, 100 steps simulated again" in out
     assert "episodes.jsonl and episodes.parquet" in out
@@ -150,7 +150,7 @@ def test_the_command_prints_only_failures_and_a_summary(
     log.write_bytes(log.read_bytes()[:-2000])
     (run / "logs" / "bug1" / "sparse_0009.mcap.part").touch()
     capsys.readouterr()
-    assert cli.run(["replay", str(run), "--verify", "--workers", "1"]) == 1
+    assert cli.run(["verify", str(run), "--workers", "1"]) == 1
     out, err = capsys.readouterr()
     errors = [line for line in err.splitlines() if line.startswith("error: ")]
     assert len(errors) == 1
@@ -166,7 +166,7 @@ def test_the_command_names_the_column_of_one_log(
     pl.read_parquet(path).with_columns(pl.col("pushes") + 1).write_parquet(path)
     log = str(logs_below(run)[0])
     capsys.readouterr()
-    assert cli.run(["replay", log, "--verify"]) == 1
+    assert cli.run(["verify", log]) == 1
     assert "differs from episodes.parquet: pushes is " in capsys.readouterr().err
 
 
@@ -187,4 +187,4 @@ def test_only_verify_takes_a_folder(
     made: Path, option: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert cli.run(["replay", str(made), option]) == 2
-    assert "only --verify can" in capsys.readouterr().err
+    assert "only `verify` takes one" in capsys.readouterr().err

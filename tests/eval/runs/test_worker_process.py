@@ -41,7 +41,7 @@ def test_workers_of_a_killed_run_end(planner: str, tmp_path: Path) -> None:
     parent = subprocess.Popen(
         [
             sys.executable, "-m", "beacon_mj", "eval", "--planner", hostile(planner),
-            "--family", "sparse", "--episodes", "200", "--workers", "2",
+            "--family", "sparse", "-n", "200", "--workers", "2",
             "--set", "protocol.decision_limit_s=1000", "--out", str(tmp_path / "run"),
         ],
         env=os.environ | {"PYTHONPATH": str(REPOSITORY)},

@@ -13,10 +13,11 @@ from beacon_mj import cli
 from beacon_mj.errors import RunError
 from beacon_mj.eval.metrics.row import Row
 from beacon_mj.eval.runs.run_folder import RunFolder
-from beacon_mj.eval.statistics.compare import Comparison, compare
+from beacon_mj.eval.statistics.compare import Comparison, compare_pairs
 from beacon_mj.eval.statistics.intervals import mcnemar, paired_interval
-from beacon_mj.eval.statistics.pairing import Arm, comparisons, load_run, match
+from beacon_mj.eval.statistics.pairing import Arm, comparisons, match
 from beacon_mj.eval.statistics.regression_gates import parse_gate, violations
+from beacon_mj.eval.statistics.results import load_results
 from beacon_mj.eval.statistics.summary import summarize
 from tests.eval.runs.test_runner import configured
 from tests.eval.statistics.test_summary import row
@@ -36,7 +37,7 @@ def arm(label: str, lengths: Sequence[float], won: Sequence[bool]) -> Arm:
 
 
 def only(first: Arm, baseline: Arm) -> Comparison:
-    [found] = compare([match(first, baseline)])
+    [found] = compare_pairs([match(first, baseline)])
     return found
 
 
@@ -110,7 +111,7 @@ def test_p_values_are_adjusted_for_their_number() -> None:
     n = 12
     base = arm("base", [1.0] * n, [False] * n)
     arms = [arm("x", [1.0] * n, [True] * k + [False] * (n - k)) for k in (6, 8, 12)]
-    found = compare([match(a, base) for a in arms])
+    found = compare_pairs([match(a, base) for a in arms])
     raw = [c.cells["overall"].rates["success"].p_value for c in found]
     assert [c.p_holm for c in found] == pytest.approx(
         [raw[0], max(2 * raw[1], 3 * raw[2]), 3 * raw[2]]
@@ -195,14 +196,14 @@ def labels(found: Sequence[tuple[Arm, Arm]]) -> list[tuple[str, str]]:
 
 
 def test_arms_of_one_run(run: Path) -> None:
-    assert labels(comparisons([load_run(run)])) == [("y", "x")]
-    assert labels(comparisons([load_run(run)], "y")) == [("x", "y")]
+    assert labels(comparisons([load_results(run)])) == [("y", "x")]
+    assert labels(comparisons([load_results(run)], "y")) == [("x", "y")]
 
 
 def test_arms_of_several_runs(run: Path, tmp_path: Path) -> None:
     one = write_run(tmp_path / "new", ["x"], rows([4.0, 4.0], [True, True], "x"))
     other = write_run(tmp_path / "z", ["z"], rows([4.0, 4.0], [True, True], "z"))
-    first, new, z = load_run(run), load_run(one), load_run(other)
+    first, new, z = load_results(run), load_results(one), load_results(other)
     assert labels(comparisons([first, new])) == [("x (new)", "x (run)")]
     assert labels(comparisons([new, z])) == [("z (z)", "x (new)")]
     assert labels(comparisons([first, z], "y")) == [("z (z)", "y (run)")]
@@ -213,7 +214,7 @@ def test_arms_of_several_runs(run: Path, tmp_path: Path) -> None:
 def test_a_run_of_one_planner_has_nothing_to_compare(tmp_path: Path) -> None:
     path = write_run(tmp_path / "run", ["x"], rows([1.0], [True], "x"))
     with pytest.raises(RunError, match="expected a planner to compare with 'x'"):
-        comparisons([load_run(path)])
+        comparisons([load_results(path)])
 
 
 Refused = Callable[[Sequence[str]], str]

@@ -83,7 +83,7 @@ def test_a_scene_counts_only_where_all_runs_solved_it() -> None:
 
 
 def test_the_runs_differ_in_nothing_but_what_is_known() -> None:
-    runs, refs = regret_runs("beacon", families=["sparse"], episodes=3, seed=5)
+    runs, refs = regret_runs("beacon", families=["sparse"], scenes_per_family=3, seed=5)
     assert len(refs) == 3
     assert list(runs) == [ORACLE, *LEVELS]
     told, near, uncertain = (runs[name] for name in LEVELS)
@@ -107,7 +107,7 @@ NOISY = ["protocol.sensing_radius_m=0.5", "protocol.occlusion=true",
 
 
 def test_who_is_told_everything_is_told_it_exactly() -> None:
-    runs, _ = regret_runs("beacon", NOISY, families=["sparse"], episodes=1)
+    runs, _ = regret_runs("beacon", NOISY, families=["sparse"], scenes_per_family=1)
     assert runs["told"].protocol == Protocol(sensing_radius_m=100.0, max_steps=77)
     assert runs["near"].protocol.missed_detection == 0.2
     assert runs["near"].protocol.occlusion
@@ -119,7 +119,7 @@ def test_no_field_of_the_sensor_is_left_on(field: str) -> None:
 
     Then what a certain protocol holds of it does not depend on what it was.
     """
-    runs, _ = regret_runs("beacon", NOISY, families=["sparse"], episodes=1)
+    runs, _ = regret_runs("beacon", NOISY, families=["sparse"], scenes_per_family=1)
     value = getattr(runs["near"].protocol, field)
     changed = msgspec.structs.replace(Protocol(), **{field: value})
     assert changed != Protocol()
@@ -128,11 +128,11 @@ def test_no_field_of_the_sensor_is_left_on(field: str) -> None:
 
 def test_the_clairvoyant_has_no_regret() -> None:
     with pytest.raises(RunError, match="other than clairvoyant"):
-        regret_runs("clairvoyant", families=["sparse"], episodes=1)
+        regret_runs("clairvoyant", families=["sparse"], scenes_per_family=1)
 
 
 def test_the_command_prints_every_part(capsys: pytest.CaptureFixture[str]) -> None:
-    options = ["--family", "sparse", "--episodes", "2", "--seed", "4000"]
+    options = ["--family", "sparse", "-n", "2", "--seed", "4000"]
     arguments = ["regret", "--planner", "dstar-lite", *options, "--workers", "1"]
     assert run([*arguments, "--json"]) == 0
     prices = json.loads(capsys.readouterr().out)

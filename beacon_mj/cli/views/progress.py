@@ -2,28 +2,29 @@
 
 import sys
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
 from beacon_mj.eval.metrics.row import Row
+from beacon_mj.eval.runs.progress import Update
 
 LINE_S = 10.0  #: Time between two plain lines [s].
-
-Update = Callable[[Sequence[Row]], None]
 
 
 class Tally:
     """Episodes so far, successes so far, and the time that is left."""
 
-    def __init__(self, total: int, done: Sequence[Row]) -> None:
-        """Count up to `total` episodes, of which `done` were done before."""
+    def __init__(self, total: int) -> None:
+        """Count up to `total` episodes."""
         self.total = total
-        self.before = self.done = len(done)
-        self.solved = sum(row.success for row in done)
+        self.before: int | None = None
+        self.done = self.solved = 0
         self._began = time.monotonic()
 
     def add(self, rows: Sequence[Row]) -> None:
-        """Count finished episodes."""
+        """Count finished episodes; the first ones were finished before."""
+        if self.before is None:
+            self.before = len(rows)
         self.done += len(rows)
         self.solved += sum(row.success for row in rows)
 
@@ -35,7 +36,7 @@ class Tally:
     @property
     def left(self) -> str:
         """Time left, such as `1:05`, by the pace so far."""
-        new = self.done - self.before
+        new = self.done - (self.before or 0)
         if new == 0:
             return "-"
         pace = (time.monotonic() - self._began) / new
@@ -51,9 +52,16 @@ class Tally:
 
 
 @contextmanager
-def progress(total: int, done: Sequence[Row]) -> Iterator[Update]:
-    """Show progress while the body runs; it is told of rows as they come."""
-    tally = Tally(total, done)
+def show_progress(name: str, total: int) -> Iterator[Update]:
+    """Show how many episodes are done: a live bar on a terminal, else plain lines.
+
+    Args:
+        name: Of the part of a run that begins; empty for the whole.
+        total: Its number of episodes.
+    """
+    if name:
+        print(f"{name}: {total} episodes", file=sys.stderr, flush=True)
+    tally = Tally(total)
     with _bar(tally) if sys.stderr.isatty() else _lines(tally) as update:
         yield update
 
@@ -64,7 +72,10 @@ def _lines(tally: Tally) -> Iterator[Update]:
 
     def update(rows: Sequence[Row]) -> None:
         nonlocal last
+        first = tally.before is None
         tally.add(rows)
+        if first:
+            return
         if time.monotonic() - last >= LINE_S or tally.done == tally.total:
             last = time.monotonic()
             print(tally.line(), file=sys.stderr, flush=True)
@@ -87,7 +98,7 @@ def _bar(tally: Tally) -> Iterator[Update]:
         task = bar.add_task(
             "",
             total=tally.total,
-            completed=tally.done,
+            completed=0,
             success=tally.success,
             left=tally.left,
         )

@@ -1,12 +1,12 @@
-"""The summary's tables on a terminal, at most 80 columns wide."""
+"""The tables of a run's summary, at most 80 columns wide."""
 
+from collections.abc import Sequence
 from typing import Any
 
-from rich.box import SIMPLE_HEAD
-from rich.console import Console
 from rich.table import Table
 
 from beacon_mj.eval.statistics.summary import OUTCOMES, OVERALL
+from beacon_mj.rendering.tables import Tabular, add_line, plain_table
 
 #: Of the columns after the planner's name.
 HEADINGS = (
@@ -24,41 +24,25 @@ LEGEND = (
     "\nsolved: reached the goal, with its Wilson interval; clean: and broke nothing.\n"
     "Means are over all episodes, but for the path over solved ones."
 )
-WIDTH = 80  #: Width of a pipe, and the least width of a terminal.
 
 
-def console() -> Console:
-    """Return the console that results are printed on."""
-    found = Console(highlight=False)
-    if not found.is_terminal or found.width < WIDTH:
-        return Console(highlight=False, width=WIDTH)
-    return found
+class SummaryTable(Tabular):
+    """Overall and per-family tables, then how episodes ended."""
 
+    def __init__(self, summary: dict[str, Any]) -> None:
+        """Show a summary; see `summarize`."""
+        self.summary = summary
 
-def show(summary: dict[str, Any]) -> None:
-    """Print overall and per-family tables, then how episodes ended."""
-    tables = summary["tables"]
-    families = dict.fromkeys(f for cells in tables.values() for f in cells)
-    screen = console()
-    if len(families) == 2:  # One family: overall would say the same again.
-        del families[OVERALL]
-    for family in families:
-        screen.print(_results(family, tables), "")
-    screen.print(_outcomes(tables))
-    screen.print(LEGEND)
-
-
-def plain_table(title: str, **options: Any) -> Table:
-    """Return an empty table in the style of all results, as wide as it needs."""
-    return Table(
-        title=title,
-        title_justify="left",
-        title_style="bold",
-        box=SIMPLE_HEAD,
-        show_edge=False,
-        padding=0,
-        **options,
-    )
+    def tables(self) -> Sequence[Table | str]:
+        """Return a table a family, and one of the outcomes."""
+        cells = self.summary["tables"]
+        families = dict.fromkeys(f for own in cells.values() for f in own)
+        if len(families) == 2:  # One family: overall would say the same again.
+            del families[OVERALL]
+        parts: list[Table | str] = []
+        for family in families:
+            parts += [_results(family, cells), ""]
+        return [*parts, _outcomes(cells), LEGEND]
 
 
 def _table(title: str) -> Table:
@@ -75,7 +59,7 @@ def _results(family: str, tables: dict[str, Any]) -> Table:
         table.add_column(name, justify="right", no_wrap=True)
     for planner, cells in tables.items():
         if family in cells:
-            table.add_row(planner, *_numbers(cells[family]))
+            add_line(table, _label(planner), *_numbers(cells[family]))
     return table
 
 
@@ -102,8 +86,15 @@ def _outcomes(tables: dict[str, Any]) -> Table:
     for outcome in used:
         table.add_column(outcome.replace("_", "\n"), justify="right")
     for planner, counts in total.items():
-        table.add_row(planner, *(str(counts[o]) for o in used))
+        add_line(table, _label(planner), *(str(counts[o]) for o in used))
     return table
+
+
+def _label(planner: str) -> str:
+    """Return a planner's name, with the settings of a variant on their own lines."""
+    name, bracket, settings = planner.partition("[")
+    lines = settings.removesuffix("]").replace("protocol.", "").split(",")
+    return "\n ".join([name, *lines]) if bracket else planner
 
 
 def _percent(share: float | None) -> str:

@@ -1,0 +1,1 @@
+"""What `beacon_mj` offers by name: one call for everything that a command does."""

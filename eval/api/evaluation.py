@@ -1,0 +1,115 @@
+"""Running planners through scenes, and putting the parts of a run together."""
+
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from beacon_mj.episode.protocol import Protocol
+from beacon_mj.errors import RunError
+from beacon_mj.eval.runs.config import Logging
+from beacon_mj.eval.runs.evaluation import EvaluationOptions, prepare
+from beacon_mj.eval.runs.lineup import PlannerChoice
+from beacon_mj.eval.runs.progress import Progress, quiet
+from beacon_mj.eval.runs.variants import Values, VaryValues
+from beacon_mj.eval.statistics.results import Results, load_results
+from beacon_mj.eval.statistics.summary import summarize
+from beacon_mj.eval.studies.merge import merge as merge_shards
+from beacon_mj.scene import Profile
+
+
+def evaluate(
+    planners: Sequence[PlannerChoice] | Mapping[str, PlannerChoice] = (),
+    *,
+    families: Sequence[str] = (),
+    scenes_per_family: int | None = None,
+    seed: int = 0,
+    perception: Profile | None = None,
+    settings: Values = (),
+    vary: VaryValues = (),
+    protocol: Protocol | None = None,
+    scene_dir: str | Path | None = None,
+    templates: str | Path | None = None,
+    out: str | Path | None = None,
+    workers: int | None = None,
+    cluster: str | None = None,
+    shard: str | None = None,
+    log: Logging = "all",
+    resume: bool = False,
+    progress: Progress = quiet,
+) -> Results:
+    """Run planners through scenes: every planner crosses every scene.
+
+    The same as `beacon-mj eval`. Rows are in the run folder as soon as their episodes
+    end, so that a run which is stopped goes on with `resume=True`.
+
+    Args:
+        planners: Names (see `list_planners`), `all` for the five of the paper,
+            `path/to/file.py:Class`, or subclasses of `Planner`, also of a notebook. A
+            pair `(planner, values)` configures one, with an instance of its `Config`
+            or a mapping of fields; a mapping gives planners names.
+        families: Names of scene families; all of them by default.
+        scenes_per_family: Default 100, or all that are stored in `scene_dir`.
+        seed: Seed of scenes, perception and planners, >= 0.
+        perception: What planners are told about class and material: `truth`, `noisy`
+            or `misleading`. Default: `noisy`, or what stored scenes say.
+        settings: Values by `planner.field` or `protocol.field`, as a mapping or as
+            texts `planner.field=value`.
+        vary: Several values by `planner.field` or `protocol.field`, as a mapping or as
+            texts `planner.field=a,b,c`. Every planner runs with each combination of its
+            own values and the protocol's, as a planner of its own such as
+            `beacon[push_bias=0.5]`, and the rows have a column a setting.
+        protocol: How episodes are run; `settings` change it.
+        scene_dir: Folder of stored scenes, in place of generated ones.
+        templates: Folder of your own family templates.
+        out: Run folder, new or empty; by default a new one below `runs/`, as for the
+            command. `results.folder` says which.
+        workers: Processes; by default one per core.
+        cluster: Address of a dask scheduler whose workers run the episodes instead.
+        shard: `I/N`: only part I of N of the scenes; see `merge`.
+        log: Which episodes leave an MCAP log: `all`, `failures`, or `none`.
+        resume: Go on with the run in `out`; without planners, with its own options.
+        progress: Shows what is done, such as `beacon_mj.show_progress`; by default
+            nothing is shown.
+
+    Returns:
+        Rows, tables, and the folder. A planner that fails costs its own episode, and
+        `results.faults` says where in its code.
+
+    Raises:
+        BeaconError: If an option is no good; nothing has been written then.
+    """
+    if cluster is not None and workers is not None:
+        raise RunError("--workers: expected none with --cluster, which has its own.")
+    options = EvaluationOptions(
+        planners=planners,
+        settings=settings,
+        vary=vary,
+        families=families,
+        scenes_per_family=scenes_per_family,
+        seed=seed,
+        perception=perception,
+        protocol=protocol,
+        scene_dir=None if scene_dir is None else Path(scene_dir),
+        templates=None if templates is None else Path(templates),
+        log=log,
+        shard=shard,
+    )
+    run = prepare(options, None if out is None else Path(out), resume=resume)
+    run.run(cluster or workers or os.cpu_count() or 1, progress)
+    run.folder.finish(run.config, run.rows, summarize(run.rows))
+    return Results(run.folder.path, run.config, run.rows, run.faults)
+
+
+def merge(out: str | Path, shards: Sequence[str | Path]) -> Results:
+    """Put the shards of one run together: the results of an uninterrupted run.
+
+    Args:
+        out: The new run folder.
+        shards: Run folders of all shards, in any order; they stay as they are.
+
+    Raises:
+        RunError: If a folder is no shard, a shard is there twice, is missing or
+            unfinished, or two differ in their options; nothing is written then.
+    """
+    merge_shards(Path(out), [Path(shard) for shard in shards])
+    return load_results(out)

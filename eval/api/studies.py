@@ -1,0 +1,240 @@
+"""Studies of many runs: certification, regret, ablations, sweeps."""
+
+import contextlib
+import os
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import msgspec
+
+from beacon_mj.errors import RunError
+from beacon_mj.eval.metrics.row import Row
+from beacon_mj.eval.runs.experiment import single_planner
+from beacon_mj.eval.runs.lineup import PlannerChoice
+from beacon_mj.eval.runs.progress import Progress, quiet
+from beacon_mj.eval.runs.run_folder import free_name
+from beacon_mj.eval.runs.variants import Values, VaryValues, texts_of, vary_texts
+from beacon_mj.eval.studies.ablation import ablation_runs, run_ablation
+from beacon_mj.eval.studies.ablation_table import Ablation
+from beacon_mj.eval.studies.certify import certification, certify_scenes
+from beacon_mj.eval.studies.certify_table import Certification
+from beacon_mj.eval.studies.parameter_grid import Grid
+from beacon_mj.eval.studies.regret import decompose, regret_runs, run_regret
+from beacon_mj.eval.studies.regret_table import Regret
+from beacon_mj.eval.studies.sweep import FIRST_SEED, SweepRequest
+from beacon_mj.eval.studies.sweep_run import REQUEST, run_sweep
+from beacon_mj.eval.studies.sweep_table import Sweep
+from beacon_mj.scene import Profile
+
+
+def certify(
+    scene_dir: str | Path,
+    *,
+    settings: Values = (),
+    workers: int | None = None,
+    progress: Progress = quiet,
+) -> Certification:
+    """Solve stored scenes in MuJoCo with full knowledge; store in each how it went.
+
+    The same as `beacon-mj certify`. The SHA-256 that identifies a scene does not depend
+    on the outcome that is stored.
+
+    Args:
+        scene_dir: Folder of scenes (*.json), such as `generate_scenes` writes.
+        settings: Values by `clairvoyant.field` or `protocol.field`; see `evaluate`.
+        workers: Processes; by default one per core.
+        progress: Shows what is done; see `evaluate`.
+
+    Raises:
+        BeaconError: If there is no scene, one is not valid, or a setting is no good.
+    """
+    config, refs = certification(Path(scene_dir), texts_of(settings))
+    rows = list[Row]()
+    with progress("", len(refs)) as update:
+        update(rows)
+        for row in certify_scenes(config, refs, _count(workers, len(refs))):
+            rows.append(row)
+            update([row])
+    return Certification(rows)
+
+
+def regret(
+    planner: PlannerChoice,
+    *,
+    settings: Values = (),
+    families: Sequence[str] = (),
+    scenes_per_family: int = 100,
+    seed: int = 0,
+    perception: Profile = "noisy",
+    templates: str | Path | None = None,
+    workers: int | None = None,
+    progress: Progress = quiet,
+) -> Regret:
+    """Compare a planner with the clairvoyant; say what the difference is paid for.
+
+    The same as `beacon-mj regret`; `beacon_mj.eval.studies.regret` has the equations.
+
+    Args:
+        planner: Name, `file.py:Class`, or class; see `evaluate`.
+        settings: Values by `planner.field` or `protocol.field`; see `evaluate`.
+        families: Scene families; all of them by default.
+        scenes_per_family: How many.
+        seed: Seed of scenes, perception and planners.
+        perception: Profile of the uncertain classes.
+        templates: Folder of your own family templates.
+        workers: Processes; by default one per core.
+        progress: Shows what is done; see `evaluate`.
+
+    Raises:
+        BeaconError: If an option is no good, or the planner is the clairvoyant.
+    """
+    single = single_planner(planner, settings)
+    runs, refs = regret_runs(
+        planner, settings, families, scenes_per_family, seed, perception,
+        None if templates is None else Path(templates),
+    )  # fmt: skip
+    rows = list[tuple[str, Row]]()
+    with progress("", len(runs) * len(refs)) as update:
+        update(())
+        count = _count(workers, len(refs))
+        for name, row in run_regret(runs, refs, count, single.handed):
+            rows.append((name, row))
+            update([row])
+    return Regret(single.entry.name, decompose(rows))
+
+
+def ablate(
+    planner: PlannerChoice,
+    *,
+    settings: Values = (),
+    families: Sequence[str] = (),
+    scenes_per_family: int = 100,
+    seed: int = 0,
+    templates: str | Path | None = None,
+    workers: int | None = None,
+    out: str | Path | None = None,
+    progress: Progress = quiet,
+) -> Ablation:
+    """Switch off a planner's parts one at a time, and change what it perceives.
+
+    The same as `beacon-mj ablate`. A part is a field of the planner's configuration
+    that is true by default.
+
+    Args:
+        planner: Name, `file.py:Class`, or class; see `evaluate`.
+        settings: Values by `planner.field` or `protocol.field`; see `evaluate`.
+        families: Scene families; all of them by default.
+        scenes_per_family: How many.
+        seed: Seed of scenes, perception and planners.
+        templates: Folder of your own family templates.
+        workers: Processes; by default one per core.
+        out: Folder; by default a new one below `runs/`. A folder of the same options is
+            gone on with.
+        progress: Shows what is done; see `evaluate`.
+
+    Raises:
+        BeaconError: If an option is no good, or several planners are named.
+    """
+    single = single_planner(planner, settings)
+    runs, refs = ablation_runs(
+        planner, settings, families, scenes_per_family, seed,
+        None if templates is None else Path(templates),
+    )  # fmt: skip
+    name = single.entry.name
+    folder = free_name(f"ablation-{name}") if out is None else Path(out)
+    handed = {
+        entry.name: single.handed[name]
+        for entry in next(iter(runs.values())).planners
+        if single.handed
+    }
+    count = workers or os.cpu_count() or 1
+    with _kept(folder):
+        effects = run_ablation(runs, refs, folder, count, progress, handed)
+    text = msgspec.json.format(msgspec.json.encode(effects)).decode()
+    (folder / "ablation.json").write_text(text + "\n", encoding="utf-8")
+    return Ablation(name, effects, folder)
+
+
+def sweep(
+    planner: str,
+    *,
+    settings: Values = (),
+    vary: VaryValues = (),
+    grid: Grid = "one-at-a-time",
+    trials: int = 0,
+    families: Sequence[str] = (),
+    scenes_per_family: int = 10,
+    select_seed: int = FIRST_SEED,
+    seed: int = 0,
+    perception: Profile = "noisy",
+    workers: int | None = None,
+    out: str | Path | None = None,
+    resume: bool = False,
+    progress: Progress = quiet,
+) -> Sweep:
+    """Sweep a planner's parameters: select on one split, report on another.
+
+    The same as `beacon-mj sweep`. Selects by success rate, then by average energy, as
+    the paper's Table III does.
+
+    Args:
+        planner: Name, or `file.py:Class`.
+        settings: Values by `planner.field` or `protocol.field`; see `evaluate`.
+        vary: What is swept, by `planner.field` or `protocol.field`; see `evaluate`. By
+            default the lines of the paper's Table I that the planner has.
+        grid: `one-at-a-time`: each parameter alone, then the best ones together;
+            `full`: every combination.
+        trials: Configurations that optuna tries beyond the grid.
+        families: Scene families; all of them by default.
+        scenes_per_family: Scenes of each split.
+        select_seed: Seed of the scenes that select, >= 1000.
+        seed: Seed of the scenes that the report is on.
+        perception: Profile.
+        workers: Processes; by default one per core.
+        out: Folder; by default a new one below `runs/`.
+        resume: Go on with the sweep in `out`, with the same options.
+        progress: Shows what is done; see `evaluate`.
+
+    Raises:
+        BeaconError: If an option is no good, or the folder is another sweep's.
+    """
+    request = SweepRequest(
+        planner=planner,
+        settings=tuple(texts_of(settings)),
+        vary=tuple(vary_texts(vary)),
+        grid=grid,
+        families=tuple(families),
+        scenes_per_family=scenes_per_family,
+        select_seed=select_seed,
+        seed=seed,
+        perception=perception,
+        trials=trials,
+    )
+    path = None if out is None else Path(out)
+    if resume and path is None:
+        raise RunError("--resume: expected --out DIR with the sweep to go on with.")
+    if path is not None and not resume and (path / REQUEST).exists():
+        raise RunError(f"{path}: holds a sweep. Use --resume, or another --out.")
+    folder = path or free_name(f"sweep-{planner.rpartition(':')[2]}")
+    with _kept(folder):
+        count = workers or os.cpu_count() or 1
+        result = run_sweep(request, folder, count, progress)
+    return Sweep(result, folder)
+
+
+@contextlib.contextmanager
+def _kept(folder: Path) -> Iterator[None]:
+    """Let an interrupt say where the study stands, and how it goes on."""
+    try:
+        yield
+    except KeyboardInterrupt as stop:
+        stop.__notes__ = []  # Those of a single stage would mislead.
+        stop.add_note(
+            f"interrupted: what is finished is in {folder}; go on with the same "
+            f"options and --resume --out {folder}"
+        )
+        raise
+
+
+def _count(workers: int | None, jobs: int) -> int:
+    return min(workers or os.cpu_count() or 1, jobs)

@@ -1,0 +1,236 @@
+"""Who runs: planners by name, file or class, with their settings and their variants."""
+
+import dataclasses
+import inspect
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, NamedTuple, cast
+
+from beacon_mj.episode.protocol import Protocol
+from beacon_mj.errors import PlannerError, RunError
+from beacon_mj.eval.runs.config import PlannerEntry
+from beacon_mj.eval.runs.overrides import Settings, configure, parse_settings
+from beacon_mj.eval.runs.variants import (
+    BRACKETS,
+    PROTOCOL,
+    Values,
+    VaryValues,
+    axes,
+    built_ins,
+    canonical,
+    checked_name,
+    text_of,
+    texts_of,
+    variants,
+    with_protocol,
+)
+from beacon_mj.planners.base import Planner
+from beacon_mj.planners.registry import ALIASES, PAPER, load_planner, planner_names
+
+#: A planner: its name, `file.py:Class`, or its class; or a pair of that and either an
+#: instance of its `Config` or a mapping of values.
+PlannerChoice = str | type[Planner] | tuple[str | type[Planner], object]
+CACHE = "__msgspec_cache__"  #: What msgspec leaves in a dataclass that it converts.
+PYTHON = "python:"  #: Begins the spec of a class that was handed over in Python.
+
+
+class Handed(NamedTuple):
+    """A planner that was handed over as an object, which no worker could load.
+
+    Attributes:
+        cls: Its class.
+        config: The instance of its `Config`; None for that of the entry's settings.
+    """
+
+    cls: type[Planner]
+    config: Any = None
+
+
+class Lineup(NamedTuple):
+    """The planners of a run.
+
+    Attributes:
+        entries: All of them, as the run's configuration holds them.
+        protocol: How episodes are run, unless an entry has a protocol of its own.
+        handed: Those that were given as Python objects, by name.
+    """
+
+    entries: tuple[PlannerEntry, ...]
+    protocol: Protocol
+    handed: dict[str, Handed]
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class _Loaded:
+    """A planner before anything is set in it."""
+
+    name: str
+    spec: str
+    cls: type[Planner]
+    config: Any = None
+    values: Mapping[str, str] | None = None
+
+
+def planner_entries(
+    specs: Sequence[str], settings: Sequence[str]
+) -> tuple[tuple[PlannerEntry, ...], Protocol]:
+    """Return the planners and the protocol that texts ask for; see `line_up`."""
+    found = line_up(specs, settings)
+    return found.entries, found.protocol
+
+
+def line_up(
+    planners: Sequence[PlannerChoice] | Mapping[str, PlannerChoice],
+    settings: Values = (),
+    vary: VaryValues = (),
+    protocol: Protocol | None = None,
+) -> Lineup:
+    """Return the planners and the protocol that the user asked for.
+
+    Args:
+        planners: Names, `all`, `file.py:Class`, or classes; a pair of one of them and
+            its configuration; or a mapping that gives them names.
+        settings: `planner.field=value` or `protocol.field=value`.
+        vary: `planner.field=a,b,c` or `protocol.field=a,b,c`: a planner runs with
+            every combination of its own values and the protocol's.
+        protocol: What the settings of `protocol` change; the default one if None.
+
+    Raises:
+        PlannerError: If a planner, a field or a value is no good.
+        RunError: If two planners have one name, or a setting names none of them.
+    """
+    loaded = dict[str, _Loaded]()
+    for each in _loaded(planners):
+        if each.name in loaded or each.name == PROTOCOL:
+            raise RunError(
+                f"Expected planners to have names of their own but {each.name!r} "
+                "repeats."
+            )
+        loaded[each.name] = each
+    targets = [PROTOCOL, *loaded]
+    parsed = parse_settings([canonical(s) for s in texts_of(settings)], targets)
+    base = with_protocol(protocol or Protocol(), parsed.get(PROTOCOL, {}))
+    varied = axes(vary, targets)
+    entries = []
+    for each in loaded.values():
+        entry = _entry(each, parsed)
+        own = {f: v for (t, f), v in varied.items() if t == each.name}
+        if own and each.config is not None:
+            raise _configured(each.name, "vary")
+        shared = {f"protocol.{f}": v for (t, f), v in varied.items() if t == PROTOCOL}
+        entries += variants(entry, each.cls, own | shared, base)
+    handed = {
+        entry.name: Handed(each.cls, each.config)
+        for entry in entries
+        for each in [loaded[entry.base]]
+        if each.config is not None or each.spec.startswith(PYTHON)
+    }
+    for name in handed:
+        _make_portable(loaded[name.partition("[")[0]].cls.Config)
+    return Lineup(tuple(entries), base, handed)
+
+
+def _loaded(
+    planners: Sequence[PlannerChoice] | Mapping[str, PlannerChoice],
+) -> Iterator[_Loaded]:
+    """Yield the planners that are chosen; the same one twice is one."""
+    if isinstance(planners, Mapping):
+        for name, choice in planners.items():
+            found = _load(choice)
+            yield dataclasses.replace(found, name=checked_name(name, BRACKETS))
+        return
+    chosen: list[PlannerChoice] = []
+    for choice in _listed(planners):
+        if choice == "all":
+            chosen += PAPER
+        elif isinstance(choice, str):
+            chosen.append(ALIASES.get(choice, choice))
+        else:
+            chosen.append(choice)
+    texts = set[str]()
+    for choice in chosen:
+        if not (isinstance(choice, str) and choice in texts):
+            yield _load(choice)
+        if isinstance(choice, str):
+            texts.add(choice)
+
+
+def _listed(planners: Any) -> Sequence[PlannerChoice]:
+    """Return a list of planners, also where somebody gave a single one."""
+    if isinstance(planners, str | type):
+        return [cast(PlannerChoice, planners)]
+    if isinstance(planners, tuple) and len(planners) == 2:
+        second = planners[1]
+        if not (isinstance(second, str | tuple) or inspect.isclass(second)):
+            return [planners]
+    return [*planners]
+
+
+def _load(choice: PlannerChoice) -> _Loaded:
+    if isinstance(choice, tuple):
+        who, values = choice
+        name, spec, cls = _named(who)
+        if isinstance(values, Mapping):
+            texts = {str(f): text_of(value) for f, value in values.items()}
+            return _Loaded(name, spec, cls, values=texts)
+        if not isinstance(values, cls.Config):
+            raise PlannerError(
+                f"{name}: expected an instance of {cls.Config.__qualname__} or a "
+                f"mapping of its fields but it was {type(values).__name__}."
+            )
+        return _Loaded(name, spec, cls, config=values)
+    return _Loaded(*_named(choice))
+
+
+def _named(choice: object) -> tuple[str, str, type[Planner]]:
+    """Return name, spec and class of a planner."""
+    if isinstance(choice, str):
+        spec = ALIASES.get(choice, choice)
+        name, cls = load_planner(spec)
+        return checked_name(name), spec, cls
+    if not (inspect.isclass(choice) and issubclass(choice, Planner)):
+        raise PlannerError(
+            f"Expected a planner's name or a subclass of Planner but it was {choice!r}."
+        )
+    if missing := sorted(choice.__abstractmethods__):
+        raise PlannerError(
+            f"{choice.__qualname__}: expected a planner with reset() and act() but it "
+            f"lacks {', '.join(missing)}."
+        )
+    home = f"{choice.__module__}:{choice.__qualname__}"
+    for name, known in planner_names().items():
+        if known == home:
+            return name, name, choice
+    return choice.__name__, PYTHON + home, choice
+
+
+def _configured(name: str, option: str) -> RunError:
+    return RunError(
+        f"--{option} {name}: expected none for a planner with a Config instance; give "
+        "its values as a mapping instead."
+    )
+
+
+def _entry(each: _Loaded, parsed: Settings) -> PlannerEntry:
+    """Return a planner with what is set in it."""
+    own = {**(each.values or {}), **parsed.get(each.name, {})}
+    if own and each.config is not None:
+        raise _configured(each.name, "set")
+    config = each.config
+    if config is None:
+        config = configure(each.cls, own, each.name)
+    stored = built_ins(config)
+    return PlannerEntry(name=each.name, spec=each.spec, settings=own, config=stored)
+
+
+def _make_portable(config: type[Any]) -> None:
+    """Take msgspec's cache off a configuration class, which could not be sent on.
+
+    A class of a script or a notebook goes to a worker with all its attributes.
+    """
+    for cls in config.__mro__:
+        if CACHE in vars(cls):
+            delattr(cls, CACHE)
+    for each in getattr(config, "__dataclass_fields__", {}).values():
+        for nested in (type(each.default), each.default_factory):
+            if isinstance(nested, type) and dataclasses.is_dataclass(nested):
+                _make_portable(nested)

@@ -1,0 +1,117 @@
+"""A sweep as tables: Table I, the selection split, Table III."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from rich.table import Table
+
+from beacon_mj.eval.runs.variants import variant_name
+from beacon_mj.eval.statistics.summary import OVERALL
+from beacon_mj.eval.studies.sweep import Score
+from beacon_mj.eval.studies.sweep_run import Gain, Line, Result
+from beacon_mj.rendering.tables import Tabular, add_line, plain_table
+
+SHOWN = 15  #: Configurations in the table of the selection split.
+LEGEND = (
+    "alone: the best value with all others at their default; best: in the selected\n"
+    "configuration. Selected by success, then by energy over all episodes.\n"
+    "Brackets are 95 % intervals: Wilson's for rates, BCa bootstrap for energies."
+)
+
+
+class Sweep(Tabular):
+    """What a sweep found.
+
+    Attributes:
+        result: Scores, the selected configuration, and the report's tables.
+        folder: Where its stages are, and `sweep.json`.
+    """
+
+    def __init__(self, result: Result, folder: Path) -> None:
+        """Hold a result; see `beacon_mj.sweep`, which makes it."""
+        self.result = result
+        self.folder = folder
+
+    def tables(self) -> Sequence[Table | str]:
+        """Return Table I, the selection split, Table III, and what was gained."""
+        found = self.result
+        return [
+            _table_i(found.table_i), "",
+            _selection(found), "",
+            _table_iii(found),
+            _gained(found.gain),
+            LEGEND,
+        ]  # fmt: skip
+
+
+def _table(title: str, *headings: str) -> Table:
+    table = plain_table(title)
+    table.add_column(headings[0], overflow="fold")
+    for name in headings[1:]:
+        table.add_column(name, justify="right", no_wrap=True)
+    return table
+
+
+def _table_i(lines: Sequence[Line]) -> Table:
+    table = _table("Table I", "parameter", "default", "swept", "alone", "best")
+    for line in lines:
+        swept = ", ".join(line.values)
+        add_line(table, line.field, line.default, swept, line.alone or "-", line.best)
+    return table
+
+
+def _selection(result: Result) -> Table:
+    """Return the best configurations on the selection split."""
+    request, ranked = (
+        result.request,
+        sorted(result.scores, key=lambda score: score.merit, reverse=True),
+    )
+    title = f"selection, seed {request.select_seed}, {len(ranked)} configurations"
+    table = _table(title, "changes", "solved", "% [95 % CI]", "energy J", "steps")
+    for score in ranked[:SHOWN]:
+        name = variant_name("", score.settings)[1:-1] or "default"
+        add_line(
+            table, name, *_success(score.success), _energy(score), f"{score.steps:.0f}"
+        )
+    return table
+
+
+def _table_iii(result: Result) -> Table:
+    """Return success and energy on the report split."""
+    tables = result.report["tables"]
+    title = f"Table III, seed {result.request.seed}"
+    table = _table(title, "planner", "solved", "% [95 % CI]", "energy J")
+    for planner, cells in tables.items():
+        cell = cells[OVERALL]
+        energy = cell["mean"]["energy_j"]
+        ends = (energy["mean"], energy["low"], energy["high"])
+        who = f"{planner} (selected)" if planner == result.name else planner
+        add_line(table, who, *_success(cell["success"]), _span(*ends))
+    return table
+
+
+def _gained(gain: Gain | None) -> str:
+    if gain is None:
+        return "The default is the selected configuration."
+    return (
+        f"selected less default, same scenes: success {100 * gain.success:+.1f} % "
+        f"(McNemar p = {gain.p_value:.2g}), energy {_span(*gain.energy_j)} J"
+    )
+
+
+def _success(cell: dict[str, float]) -> tuple[str, str]:
+    low, high = 100 * cell["low"], 100 * cell["high"]
+    return (
+        f"{cell['count']}/{cell['n']}",
+        f"{100 * cell['rate']:.0f} [{low:.0f},{high:.0f}]",
+    )
+
+
+def _energy(score: Score) -> str:
+    return _span(*score.energy_j)
+
+
+def _span(mean: float, low: float | None, high: float | None) -> str:
+    if low is None or high is None:
+        return f"{mean:.1f}"
+    return f"{mean:.1f} [{low:.1f},{high:.1f}]"
