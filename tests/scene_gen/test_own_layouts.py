@@ -6,8 +6,9 @@ from pathlib import Path
 import pytest
 
 from beacon_mj.errors import TemplateError
+from beacon_mj.eval.runs.config import scene_refs
 from beacon_mj.eval.runs.experiment import experiment
-from beacon_mj.eval.runs.lineup import planner_entries, scene_refs
+from beacon_mj.eval.runs.lineup import planner_entries
 from beacon_mj.eval.runs.scene_cache import VARIABLE, cached_scene
 from beacon_mj.mjcf_templates import ROOT
 from beacon_mj.scene import Scene
@@ -81,7 +82,8 @@ def test_a_run_of_others_is_described_without_running_its_layouts(
     entries, protocol = planner_entries(["bug1"], [])
     config, refs = experiment(
         entries, protocol,
-        families=["mine"], scenes_per_family=2, seed=0, perception="noisy", templates=folder,
+        families=["mine"], scenes_per_family=2, seed=0, perception="noisy",
+        templates=folder,
     )  # fmt: skip
     (folder / "layouts.py").write_text("raise SystemExit('it ran')")
     hashes, again = scene_refs(config)
