@@ -15,7 +15,7 @@ from tests.repository import REPOSITORY
 PAGES = [*sorted((REPOSITORY / "docs").glob("*.md")), REPOSITORY / "README.md"]
 FOLDERS = ("beacon_mj", "eval", "planners", "scene_gen", "mjcf_templates")
 #: Files that the reader writes, or that a run writes under a number.
-READERS = re.compile(r"(mine|file|layouts)\.py|scene_\d+\.(json|xml)")
+READERS = re.compile(r"(mine|file|layouts|lazy|study)\.py|scene_\d+\.(json|xml)")
 #: Words of other programs.
 FOREIGN = {"use_sim_time", "DeprecationWarning"}
 #: Names that are no modules: groups of entry points.
