@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from beacon_mj.jit import kernel
 from beacon_mj.numerics import Array as Array
-from beacon_mj.numerics import rotated
+from beacon_mj.numerics import norms, rotated
 
 Mask = NDArray[np.bool_]
 
@@ -154,7 +154,7 @@ def segment_lengths(path: Array) -> Array:
     Args:
         path: Its vertices, shape (m, 2) [m].
     """
-    return np.asarray(np.hypot(*np.diff(path, axis=0).T))
+    return norms(np.diff(path, axis=0))
 
 
 def polyline_length(path: Array) -> float:

@@ -1,5 +1,6 @@
 """BEACON: belief-aware replanning, the paper's method, whole."""
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
@@ -165,7 +166,7 @@ class BeaconPolicy(PushPolicy[BeaconConfig]):
             plan,
             self.limits(observation, plan),
             risk=max(self._risk(o) for o in plan.moved(observation)),
-            energy_j=sum(
+            energy_j=math.fsum(
                 self.force_n(obstacles[i]) * travel for i, travel in plan.cascade.moved
             ),
         )

@@ -5,8 +5,6 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import islice
 
-import numpy as np
-
 from beacon_mj.interface import Observation, SensedObstacle, Task
 from beacon_mj.motion.detour import FreeRoute
 from beacon_mj.numerics import norm
@@ -205,7 +203,7 @@ class BeaconVoiPolicy(PushPolicy[BeaconVoiConfig]):
         best = self._round_s(plan)
         for expected_s, other in alone:
             if other.index != plan.index:
-                over = float(np.hypot(*(other.approach_m - plan.approach_m)))
+                over = norm(other.approach_m - plan.approach_m)
                 best = min(best, expected_s + over / self.task.speed_mps)
         return best
 

@@ -1,5 +1,6 @@
 """The contact-aware semantic baseline: fixed weights, beliefs never updated."""
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -112,7 +113,7 @@ class SemanticPolicy(PushPolicy[SemanticConfig]):
             plan,
             self.limits(observation, plan),
             risk=max(self._fixed_risk(o, contact=True) for o in moved),
-            energy_j=sum(
+            energy_j=math.fsum(
                 observation.obstacles[i].perceived_force_n * travel
                 for i, travel in plan.cascade.moved
             ),

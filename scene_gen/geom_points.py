@@ -1,11 +1,13 @@
 """The geoms of a compiled model, as points in the frame of the obstacle."""
 
+import math
 from typing import Any
 
 import mujoco
 import numpy as np
 
 from beacon_mj.geometry import Array
+from beacon_mj.numerics import rotated_3d
 from beacon_mj.scene import shapes
 
 
@@ -14,20 +16,22 @@ def geom_points(model: Any, geom: int) -> Array:
 
     The frame is the world's, its origin that of the obstacle's outermost body.
     """
-    points = _local_points(model, geom) @ _matrix(model.geom_quat[geom]).T
+    points = rotated_3d(_local_points(model, geom), _matrix(model.geom_quat[geom]))
     points = points + model.geom_pos[geom]
     body = model.geom_bodyid[geom]
     while model.body_parentid[body] != 0:
-        points = points @ _matrix(model.body_quat[body]).T + model.body_pos[body]
+        points = rotated_3d(points, _matrix(model.body_quat[body]))
+        points = points + model.body_pos[body]
         body = model.body_parentid[body]
-    return np.asarray(points @ _matrix(model.body_quat[body]).T)
+    return rotated_3d(points, _matrix(model.body_quat[body]))
 
 
 def geom_rotation(model: Any, geom: int) -> Array:
     """Return the rotation of a geom in the world, (3, 3)."""
     rotation, body = _matrix(model.geom_quat[geom]), model.geom_bodyid[geom]
     while body != 0:
-        rotation = _matrix(model.body_quat[body]) @ rotation
+        # Columns of a product of matrices are the columns, rotated.
+        rotation = rotated_3d(rotation.T, _matrix(model.body_quat[body])).T
         body = model.body_parentid[body]
     return rotation
 
@@ -62,7 +66,7 @@ def _round_points(size: Array, kind: Any) -> Array:
     around = np.arange(12) * (np.pi / 6)
     unit = np.array(
         [
-            (np.sin(t) * np.cos(p), np.sin(t) * np.sin(p), np.cos(t))
+            (math.sin(t) * math.cos(p), math.sin(t) * math.sin(p), math.cos(t))
             for t in polar
             for p in around
         ]

@@ -46,6 +46,7 @@ REDUCTIONS = frozenset("sum mean prod std var nansum".split())
 SORTS = frozenset("argsort argpartition".split())
 _COUNTS = "a sum of whole numbers"
 _QHULL = "Qhull is compiled for SSE2 and chooses nothing by the CPU"
+_ERFC = "libm's scalar function, in a chance that is compared and logged"
 _INFO = "r.command.info"
 #: (file, expression): why it may stand.
 ALLOWED = {
@@ -60,10 +61,17 @@ ALLOWED = {
     ("beacon_mj/scene/shapes.py", "from scipy.spatial import ConvexHull, QhullError"): (
         _QHULL
     ),
-    ("scene_gen/prototypes.py", "from scipy.spatial import ConvexHull"): _QHULL,
-    ("planners/beacon_voi.py", "math.erfc"): (
-        "libm's scalar function, in a chance that is compared and logged"
-    ),
+    ("scene_gen/geom_points.py", "from scipy.spatial import ConvexHull"): _QHULL,
+    ("planners/beacon_voi.py", "math.erfc"): _ERFC,
+    ("planners/contact/sharing.py", "math.erfc"): _ERFC,
+    (
+        "planners/expansions.py",
+        "sum((search.expansions for search in self._searches))",
+    ): _COUNTS,
+    (
+        "eval/metrics/contact_metrics.py",
+        "sum((len(record.outcome.own_attempts) for record in trace.steps))",
+    ): _COUNTS,
     ("beacon_mj/recording/machine.py", "from numba.core import config"): (
         "names the CPU that kernels are compiled for"
     ),

@@ -3,11 +3,6 @@
 (`beacon_mj.planners.checks` checks configurations.)
 """
 
-import math
-
-import numpy as np
-
-from beacon_mj.geometry import Array
 from beacon_mj.interface import Observation, SensedObstacle, Task
 from beacon_mj.motion.detour import FreeRoute
 from beacon_mj.numerics import norm, rotated
@@ -53,9 +48,3 @@ def next_in_chain(
         )
         moved |= dict.fromkeys(i for i, _ in cascade.moved)
     return [observation.obstacles[near[i]] for i in moved]
-
-
-def _turned(direction: Array, angle: float) -> Array:
-    """Return a vector (2,) turned counter-clockwise by an angle [rad]."""
-    c, s = math.cos(angle), math.sin(angle)
-    return np.array([[c, -s], [s, c]]) @ direction
