@@ -200,7 +200,8 @@ def test_json_is_all_that_stdout_gets(capsys: pytest.CaptureFixture[str]) -> Non
 
 def test_options_from_a_file(capsys: pytest.CaptureFixture[str]) -> None:
     Path("beacon.toml").write_text(
-        '[eval]\nplanner = ["push-through"]\nfamily = ["sparse"]\nscenes_per_family = 2\n'
+        '[eval]\nplanner = ["push-through"]\nfamily = ["sparse"]\n'
+        "scenes_per_family = 2\n"
         'set = ["protocol.max_steps=5"]\nworkers = 1\nlog = "none"\n'
     )
     assert cli.run(["eval", "--out", "run", "-n", "1"]) == 0
