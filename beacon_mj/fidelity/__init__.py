@@ -9,11 +9,11 @@ from types import MappingProxyType
 
 from beacon_mj.errors import RunError, unknown
 from beacon_mj.fidelity import corner, energy, friction, impact, mass, pushing, repeat
-from beacon_mj.fidelity.row import Row
+from beacon_mj.fidelity.row import Law
 from beacon_mj.fidelity.table import Fidelity
 
 #: The checks by name, in the order of the table.
-CHECKS: Mapping[str, tuple[Callable[[], list[Row]], ...]] = MappingProxyType(
+CHECKS: Mapping[str, tuple[Callable[[], list[Law]], ...]] = MappingProxyType(
     {
         "creep": (friction.creep,),
         "breakaway": (friction.breakaway,),
@@ -37,7 +37,7 @@ CHECKS: Mapping[str, tuple[Callable[[], list[Row]], ...]] = MappingProxyType(
 )
 
 
-def fidelity_rows(checks: Sequence[str] = ()) -> Iterator[Row]:
+def fidelity_rows(checks: Sequence[str] = ()) -> Iterator[Law]:
     """Yield the rows of the named checks as they are measured; all if none is named.
 
     Raises:
@@ -52,7 +52,7 @@ def fidelity_rows(checks: Sequence[str] = ()) -> Iterator[Row]:
 
 
 def run_fidelity(
-    checks: Sequence[str] = (), on_row: Callable[[Row], None] = lambda _: None
+    checks: Sequence[str] = (), on_row: Callable[[Law], None] = lambda _: None
 ) -> Fidelity:
     """Return the rows of the named checks. The same as `beacon-mj fidelity`.
 
@@ -70,4 +70,4 @@ def run_fidelity(
     return Fidelity(rows)
 
 
-__all__ = ["CHECKS", "Fidelity", "Row", "fidelity_rows", "run_fidelity"]
+__all__ = ["CHECKS", "Fidelity", "Law", "fidelity_rows", "run_fidelity"]

@@ -3,7 +3,7 @@
 import msgspec
 import numpy as np
 
-from beacon_mj.fidelity.row import Row
+from beacon_mj.fidelity.row import Law
 from beacon_mj.scene_gen.generate import generate_scene
 from beacon_mj.world import World
 
@@ -14,14 +14,14 @@ STEPS = 150
 GIVES_M = 0.006  #: What the soft contact may give at the first blow [m].
 
 
-def corners() -> list[Row]:
+def corners() -> list[Law]:
     """Drive at the goal, at full force, through rooms whose obstacles are all fixed.
 
     The robot is pressed into faces, corners, and gaps narrower than itself.
     """
     depth = max(sunk_m(family, i) for family in FAMILIES for i in range(ROOMS))
     law = f"depth of the disc in fixed obstacles, {ROOMS * len(FAMILIES)} rooms: none"
-    return [Row(check="corner", law=law, expected=0.0, tolerance=1e3 * GIVES_M,
+    return [Law(check="corner", law=law, expected=0.0, tolerance=1e3 * GIVES_M,
                 unit="mm", measured=1e3 * depth)]  # fmt: skip
 
 

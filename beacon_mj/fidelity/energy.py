@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from beacon_mj.fidelity.row import Row
+from beacon_mj.fidelity.row import Law
 from beacon_mj.scene import Scene
 from beacon_mj.scene_gen.generate import generate_scene
 from beacon_mj.world import World
@@ -31,7 +31,7 @@ class Ledger:
         return self.floor + self.contact + self.bumper
 
 
-def audit() -> list[Row]:
+def audit() -> list[Law]:
     """The drives' work in an episode is all losses plus what is stored at its end."""
     rows = []
     for family, index in (("cluttered", 0), ("collision-required", 1)):
@@ -48,7 +48,7 @@ def audit() -> list[Row]:
             f"floor {run.ledger.floor:.1f} J + bumper {run.ledger.bumper:.1f} J "
             f"+ contacts {run.ledger.contact:.1f} J + kinetic"
         )
-        rows.append(Row(check="energy", law=law, expected=found, measured=work,
+        rows.append(Law(check="energy", law=law, expected=found, measured=work,
                         tolerance=1e-3 * abs(found), unit="J"))  # fmt: skip
     return rows
 

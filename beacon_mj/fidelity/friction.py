@@ -7,7 +7,7 @@ import numpy as np
 
 from beacon_mj.constants import CLASSES, GRAVITY
 from beacon_mj.fidelity.benches import bench, block, obstacle
-from beacon_mj.fidelity.row import Row
+from beacon_mj.fidelity.row import Law
 from beacon_mj.scene import Obstacle, Scene, shapes
 from beacon_mj.scene_gen.generate import generate_scene
 from beacon_mj.world import World
@@ -23,7 +23,7 @@ def pull(world: World, index: int, force_n: float, height_m: float) -> None:
     world.data.xfrc_applied[body] = (force_n, 0.0, 0.0, 0.0, lever * force_n, 0.0)
 
 
-def creep() -> list[Row]:
+def creep() -> list[Law]:
     """A box pulled with 0.99 of its Coulomb limit for 5 s stays where it is."""
     rows = []
     for share, expected, tolerance in ((0.99, 0.0, 0.5), (1.01, 613.0, 61.0)):
@@ -34,12 +34,12 @@ def creep() -> list[Row]:
         mujoco.mj_step(world.model, world.data, nstep=2500)
         travel = 1e3 * float(world.data.qpos[4] - start)
         law = f"travel in 5 s at {share} of mu m g: (F/m - mu g) t^2 / 2, not below 0"
-        rows.append(Row(check="creep", law=law, expected=expected, measured=travel,
+        rows.append(Law(check="creep", law=law, expected=expected, measured=travel,
                         tolerance=tolerance, unit="mm"))  # fmt: skip
     return rows
 
 
-def breakaway() -> list[Row]:
+def breakaway() -> list[Law]:
     """Every free obstacle of a generated scene breaks away at its own mu m g."""
     scene = generate_scene("cluttered", 0)
     world = World(scene)
@@ -50,12 +50,12 @@ def breakaway() -> list[Row]:
         expected = o.breakaway_force_n
         law = f"mu m g of {o.id} ({shapes.name_of(o.shape)}) in {scene.name}"
         measured = _breakaway(world, i, expected, 0.0)
-        rows.append(Row(check="breakaway", law=law, expected=expected, unit="N",
+        rows.append(Law(check="breakaway", law=law, expected=expected, unit="N",
                         measured=measured, tolerance=0.03 * expected))  # fmt: skip
     return rows
 
 
-def rolling() -> list[Row]:
+def rolling() -> list[Law]:
     """A pull at the centre rolls a ball, or a capsule across its axis.
 
     Friction and rolling friction share one elliptic cone, with rolling coefficient c
@@ -71,17 +71,17 @@ def rolling() -> list[Row]:
         expected = _rolls_at(bench(o), o)
         law = f"{name}, pulled at its centre: m g / sqrt(1/mu^2 + (r/c)^2)"
         measured = _breakaway(World(bench(o)), 0, expected, 0.5 * o.shape.height_m)
-        rows.append(Row(check="rolling", law=law, expected=expected, unit="N",
+        rows.append(Law(check="rolling", law=law, expected=expected, unit="N",
                         measured=measured, tolerance=0.05 * expected))  # fmt: skip
     expected = along.breakaway_force_n
     measured = _breakaway(World(bench(along)), 0, expected, 0.0)
-    rows.append(Row(check="rolling", law="capsule along its axis: mu m g", unit="N",
+    rows.append(Law(check="rolling", law="capsule along its axis: mu m g", unit="N",
                     expected=expected, measured=measured,
                     tolerance=0.03 * expected))  # fmt: skip
     return rows
 
 
-def deceleration() -> list[Row]:
+def deceleration() -> list[Law]:
     """A box let go at 1 m/s slides to a stop with mu g."""
     rows = []
     for friction in (0.3, 0.6):
@@ -93,11 +93,11 @@ def deceleration() -> list[Row]:
         mujoco.mj_step(world.model, world.data, nstep=500)
         law = f"deceleration of a sliding box, mu = {friction}: mu g"
         expected = friction * GRAVITY
-        rows.append(Row(check="deceleration", law=law, expected=expected, unit="m/s^2",
+        rows.append(Law(check="deceleration", law=law, expected=expected, unit="m/s^2",
                         measured=slowed, tolerance=0.03 * expected))  # fmt: skip
         stop = 0.5 / expected
         law = f"its stopping distance from 1 m/s, mu = {friction}: v^2 / (2 mu g)"
-        rows.append(Row(check="deceleration", law=law, expected=stop, unit="m",
+        rows.append(Law(check="deceleration", law=law, expected=stop, unit="m",
                         measured=float(world.data.qpos[4]) - start,
                         tolerance=0.03 * stop))  # fmt: skip
     return rows

@@ -7,7 +7,7 @@ import numpy as np
 
 from beacon_mj.constants import GRAVITY
 from beacon_mj.fidelity.benches import bench, block
-from beacon_mj.fidelity.row import Row
+from beacon_mj.fidelity.row import Law
 from beacon_mj.scene import Robot
 from beacon_mj.scene_gen.mjcf import BUMPER_MASS_SHARE
 from beacon_mj.world import World
@@ -17,7 +17,7 @@ SPEED_MPS = 0.4
 SLIPPERY = 0.01  #: Friction of the struck boxes.
 
 
-def spring() -> list[Row]:
+def spring() -> list[Law]:
     """The spring's peak force is that of its equations of motion.
 
     Base M and ring m_r, joined by spring k and damper c = 2 sqrt(k m_r), meet a box m
@@ -33,7 +33,7 @@ def spring() -> list[Row]:
                 f"bumper peak on {mass:g} kg at {SPEED_MPS} m/s, "
                 f"{'driven' if driven else 'coasting'}: equations of motion"
             )
-            rows.append(Row(check="impact", law=law, expected=expected, unit="N",
+            rows.append(Law(check="impact", law=law, expected=expected, unit="N",
                             measured=measured_peak_n(mass, SPEED_MPS, driven),
                             tolerance=0.12 * expected))  # fmt: skip
     return rows
@@ -107,7 +107,7 @@ def _contact_n(
     )
 
 
-def momentum() -> list[Row]:
+def momentum() -> list[Law]:
     """The contact's impulse is the change of the box's momentum, plus friction."""
     rows = []
     for mass in (1.0, 4.0, 16.0):
@@ -120,12 +120,12 @@ def momentum() -> list[Row]:
         drag = SLIPPERY * mass * GRAVITY * moving_s
         expected = mass * float(world.data.qvel[4]) + drag
         law = f"impulse on {mass:g} kg: m dv + mu m g t"
-        rows.append(Row(check="momentum", law=law, expected=expected, unit="N s",
+        rows.append(Law(check="momentum", law=law, expected=expected, unit="N s",
                         measured=impulse, tolerance=0.02 * expected))  # fmt: skip
     return rows
 
 
-def damage() -> list[Row]:
+def damage() -> list[Law]:
     """Half the time step changes no verdict of 64 blows.
 
     Blows whose filtered peak is within 5 % of the limit are left out: there the
@@ -140,7 +140,7 @@ def damage() -> list[Row]:
                     counted += 1
                     differ += (coarse > limit) != (fine > limit)
     law = f"verdicts of {counted} blows that change when the time step is halved"
-    return [Row(check="damage", law=law, expected=0.0, measured=float(differ),
+    return [Law(check="damage", law=law, expected=0.0, measured=float(differ),
                 tolerance=0.0)]  # fmt: skip
 
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from beacon_mj.constants import GRAVITY
 from beacon_mj.fidelity.benches import bench, block
-from beacon_mj.fidelity.row import Row
+from beacon_mj.fidelity.row import Law
 from beacon_mj.scene import Obstacle, Robot
 from beacon_mj.world import StepOutcome, World
 
@@ -19,7 +19,7 @@ def bumper_n(outcomes: list[StepOutcome]) -> float:
     return float(np.mean([-o.bumper_force_n[0] for o in outcomes]))
 
 
-def steady() -> list[Row]:
+def steady() -> list[Law]:
     """The force of a steady push is mu m g, whatever the speed."""
     rows = []
     for mass, speed in ((1.0, 0.3), (4.0, 0.1), (4.0, 0.3), (4.0, 0.5), (10.0, 0.3)):
@@ -27,13 +27,13 @@ def steady() -> list[Row]:
         outcomes = push(world, speed, round(2.0 / speed))
         expected = 0.5 * mass * GRAVITY
         law = f"steady push of {mass:g} kg at {speed} m/s: mu m g"
-        rows.append(Row(check="steady", law=law, expected=expected, unit="N",
+        rows.append(Law(check="steady", law=law, expected=expected, unit="N",
                         measured=bumper_n(outcomes[len(outcomes) // 2 :]),
                         tolerance=0.05 * expected))  # fmt: skip
     return rows
 
 
-def work() -> list[Row]:
+def work() -> list[Law]:
     """The drives' work on a push at steady speed is mu m g d."""
     world = World(bench(block(gap_m=0.02)))
     push(world, 0.3, 10)
@@ -41,12 +41,12 @@ def work() -> list[Row]:
     outcomes = push(world, 0.3, 50)
     expected = 0.5 * 4.0 * GRAVITY * float(world.poses[0, 0] - start)
     measured = sum(o.actuator_work_j for o in outcomes)
-    return [Row(check="work", law="work of the drives over 1.5 m: mu m g d", unit="J",
+    return [Law(check="work", law="work of the drives over 1.5 m: mu m g d", unit="J",
                 expected=expected, measured=measured,
                 tolerance=0.05 * expected)]  # fmt: skip
 
 
-def row_of_boxes() -> list[Row]:
+def row_of_boxes() -> list[Law]:
     """A row of n boxes takes n mu m g."""
     rows = []
     for count in (1, 2, 3, 4):
@@ -54,7 +54,7 @@ def row_of_boxes() -> list[Row]:
         world = World(bench(*blocks))
         outcomes = push(world, 0.2, 60)
         expected = count * 0.4 * 1.0 * GRAVITY
-        rows.append(Row(check="row", law=f"row of {count} boxes: n mu m g", unit="N",
+        rows.append(Law(check="row", law=f"row of {count} boxes: n mu m g", unit="N",
                         expected=expected, measured=bumper_n(outcomes[20:]),
                         tolerance=0.08 * expected))  # fmt: skip
     return rows
@@ -64,23 +64,23 @@ def _brick(k: int) -> Obstacle:
     return block(f"brick_{k}", 0.02 + 0.301 * k, side_m=0.3, mass_kg=1.0, friction=0.4)
 
 
-def saturation() -> list[Row]:
+def saturation() -> list[Law]:
     """An obstacle above F_max stays, and the force on it is F_max; below, it goes."""
     limit = Robot().force_max_n
     world = World(bench(block(gap_m=0.0, mass_kg=1.3 * limit / (0.5 * GRAVITY))))
     outcomes = push(world, 0.05, 40)
     travel = 1e3 * float(world.poses[0, 0] - world.scene.obstacles[0].x_m)
     return [
-        Row(check="saturation", law="force on an obstacle of 1.3 F_max: F_max",
+        Law(check="saturation", law="force on an obstacle of 1.3 F_max: F_max",
             expected=limit, measured=bumper_n(outcomes[20:]), tolerance=0.01 * limit,
             unit="N"),
-        Row(check="saturation", law="travel of an obstacle of 1.3 F_max in 4 s: none",
+        Law(check="saturation", law="travel of an obstacle of 1.3 F_max in 4 s: none",
             expected=0.0, measured=travel, tolerance=0.5, unit="mm"),
         _feasible(0.8 * limit),
     ]  # fmt: skip
 
 
-def _feasible(force_n: float) -> Row:
+def _feasible(force_n: float) -> Law:
     """Push what needs `force_n`: it gains speed with (F_max - mu m g) / (m + M)."""
     robot, speed, mass = Robot(), 0.3, force_n / (0.5 * GRAVITY)
     world = World(bench(block(gap_m=0.0, mass_kg=mass)))
@@ -89,6 +89,6 @@ def _feasible(force_n: float) -> Row:
     gain = (robot.force_max_n - force_n) / (mass + robot.mass_kg)
     expected = speed * 4.0 - 0.5 * speed**2 / gain
     law = f"travel of an obstacle of {force_n:g} N in 4 s: v t - v^2 / (2 a)"
-    return Row(check="saturation", law=law, expected=expected, unit="m",
+    return Law(check="saturation", law=law, expected=expected, unit="m",
                measured=float(world.poses[0, 0] - start),
                tolerance=0.08 * expected)  # fmt: skip

@@ -11,7 +11,7 @@ import mujoco
 import numpy as np
 
 from beacon_mj.fidelity.benches import bench, block, obstacle
-from beacon_mj.fidelity.row import Row
+from beacon_mj.fidelity.row import Law
 from beacon_mj.scene.shapes import Sphere
 from beacon_mj.scene_gen.generate import generate_scene
 from beacon_mj.world import SimulationError, World
@@ -47,7 +47,7 @@ def provoke() -> str:
     return ""
 
 
-def bitwise() -> list[Row]:
+def bitwise() -> list[Law]:
     """Two worlds, a world that was reset, and another process end in the same bits."""
     first = digest()
     world = World(generate_scene("cluttered", 0))
@@ -62,7 +62,7 @@ def bitwise() -> list[Row]:
     ]
 
 
-def quiet() -> list[Row]:
+def quiet() -> list[Law]:
     """Taking the steps of a quiet control period in one call changes no bit."""
     scene = generate_scene("cluttered", 0)
     stepwise = wander(World(scene, watch=lambda: None))
@@ -70,7 +70,7 @@ def quiet() -> list[Row]:
     return [_same(law, wander(World(scene)) == stepwise, "quiet")]
 
 
-def jacobian() -> list[Row]:
+def jacobian() -> list[Law]:
     """Dense and sparse Jacobians give the same push.
 
     Of a ball, which the bumper touches in one point. On a flat face any point of the
@@ -85,22 +85,22 @@ def jacobian() -> list[Row]:
             world.step(np.array([0.3, 0.0]))
         ends.append(np.array(world.data.qpos))
     law = "ball after a push of 1 s, dense against sparse Jacobian"
-    return [Row(check="jacobian", law=law, expected=0.0, tolerance=1e-3, unit="mm",
+    return [Law(check="jacobian", law=law, expected=0.0, tolerance=1e-3, unit="mm",
                 measured=1e3 * float(np.abs(ends[0] - ends[1]).max()))]  # fmt: skip
 
 
-def log_file() -> list[Row]:
+def log_file() -> list[Law]:
     """A diverging world is an error, and leaves no MUJOCO_LOG.TXT behind."""
     message, files = _elsewhere("provoke")
     law = "files left in the user's folder by a diverging world"
     return [
         _same("a diverging world is reported as an error", bool(message), "log"),
-        Row(check="log", law=law, expected=0.0, measured=float(files), tolerance=0.0),
+        Law(check="log", law=law, expected=0.0, measured=float(files), tolerance=0.0),
     ]
 
 
-def _same(law: str, same: bool, check: str = "repeat") -> Row:
-    return Row(check=check, law=law, expected=1.0, measured=float(same), tolerance=0.0)
+def _same(law: str, same: bool, check: str = "repeat") -> Law:
+    return Law(check=check, law=law, expected=1.0, measured=float(same), tolerance=0.0)
 
 
 def _elsewhere(function: str) -> tuple[str, int]:

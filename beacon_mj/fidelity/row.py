@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Row:
+class Law:
     """A law, what it predicts, and what the simulated world does.
 
     Attributes:

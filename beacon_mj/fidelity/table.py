@@ -4,11 +4,11 @@ from collections.abc import Sequence
 
 from rich.table import Table
 
-from beacon_mj.fidelity.row import Row
+from beacon_mj.fidelity.row import Law
 from beacon_mj.rendering.tables import Listing, add_line, plain_table
 
 
-class Fidelity(Listing[Row]):
+class Fidelity(Listing[Law]):
     """Measured physics against closed forms, as a sequence of rows and as a table."""
 
     @property

@@ -33,7 +33,7 @@ from beacon_mj.recording.schemas import TOPICS
 from beacon_mj.scene_gen.mjcf import scene_mjcf
 from beacon_mj.world import World
 
-Row = Callable[[Trace], Mapping[str, Any]]
+RowOf = Callable[[Trace], Mapping[str, Any]]
 #: Outcomes that are acts of the planner, or of a step that left no record.
 _UNREPEATABLE = ("planner_error", "simulation_error")
 _ENGINE = ("mujoco", "machine")
@@ -63,7 +63,7 @@ class Verification:
         return self.problem is None
 
 
-def verify(path: str | Path, row: Row | None = None) -> Verification:
+def verify(path: str | Path, row: RowOf | None = None) -> Verification:
     """Check a log by simulating it again; every failure is a returned problem.
 
     Args:
@@ -111,7 +111,7 @@ def _unfit(log: Log) -> str | None:
     return None
 
 
-def _first_difference(log: Log, row: Row | None) -> str | None:
+def _first_difference(log: Log, row: RowOf | None) -> str | None:
     """Record the episode again; return where the recordings first differ."""
     with tempfile.TemporaryDirectory(prefix="beacon-mj-") as folder:
         again = Path(folder) / "again.mcap"
@@ -124,7 +124,7 @@ def _first_difference(log: Log, row: Row | None) -> str | None:
     return None
 
 
-def _repeat(log: Log, trace: Trace, again: Path, row: Row | None) -> None:
+def _repeat(log: Log, trace: Trace, again: Path, row: RowOf | None) -> None:
     """Run the logged commands and record what happens."""
     config = log.config.get("planner_config", "null")
     seed = log.config.get("planner_seed", "")
@@ -192,7 +192,7 @@ class _AdoptEnd:
 Essence = tuple[str, int, Any]
 
 
-def _essence(path: Path, row: Row | None) -> Iterator[Essence]:
+def _essence(path: Path, row: RowOf | None) -> Iterator[Essence]:
     """Yield (kind or topic, time [ns], content) of all that must be equal.
 
     Messages come in their order, then attachments and metadata in the order of names,
@@ -210,7 +210,7 @@ def _essence(path: Path, row: Row | None) -> Iterator[Essence]:
     yield from sorted(fixed, key=lambda entry: entry[0])
 
 
-def _fixed(record: McapRecord, row: Row | None) -> Iterator[Essence]:
+def _fixed(record: McapRecord, row: RowOf | None) -> Iterator[Essence]:
     """Yield attachments and metadata; versions may differ, and so may no row."""
     if isinstance(record, Attachment):
         yield f"attachment {record.name}", 0, record.data

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from beacon_mj.errors import RunError
-from beacon_mj.fidelity import CHECKS, Row, run_fidelity
+from beacon_mj.fidelity import CHECKS, Law, run_fidelity
 from beacon_mj.fidelity.impact import measured_peak_n, reference_peak_n
 from beacon_mj.scene_gen.generate import generate_scene
 
@@ -34,7 +34,7 @@ def test_an_unknown_check_lists_what_exists() -> None:
     ("measured", "passed"), [(1.0, True), (1.1, True), (1.2, False), (math.nan, False)]
 )
 def test_a_row_passes_within_its_tolerance(measured: float, passed: bool) -> None:
-    row = Row(check="x", law="y", expected=1.0, measured=measured, tolerance=0.11)
+    row = Law(check="x", law="y", expected=1.0, measured=measured, tolerance=0.11)
     assert row.passed is passed
 
 

@@ -250,3 +250,5 @@ def test_studies_take_classes() -> None:
     found = beacon_mj.regret(North, settings=["protocol.max_steps=30"], **few)
     assert found.planner == "North"
     assert "North, sparse: 0 of 1 scenes" in str(found)
+    with pytest.raises(BeaconError, match="expected its values as a mapping"):
+        beacon_mj.ablate((North, NorthConfig()), **few)
