@@ -45,6 +45,11 @@ if TYPE_CHECKING:
     from beacon_mj.interface import SensedObstacle as SensedObstacle
     from beacon_mj.interface import Task as Task
     from beacon_mj.planners.base import Planner as Planner
+    from beacon_mj.planners.contact.candidates import PushPlan as PushPlan
+    from beacon_mj.planners.contact.decision import Decision as Decision
+    from beacon_mj.planners.contact.limits import PushLimits as PushLimits
+    from beacon_mj.planners.contact.loop import ContactPlanner as ContactPlanner
+    from beacon_mj.planners.contact.policy import PushPolicy as PushPolicy
     from beacon_mj.planners.registry import load_planner as load_planner
     from beacon_mj.planners.registry import planner_names as planner_names
     from beacon_mj.recording import read_log as read_log
@@ -61,14 +66,20 @@ if TYPE_CHECKING:
     from beacon_mj.scene.checks import check_scene as check_scene
     from beacon_mj.scene.files import load_scene as load_scene
     from beacon_mj.scene_gen.generate import generate_scene as generate_scene
+    from beacon_mj.scene_gen.pymjcf_export import save_obstacle as save_obstacle
     from beacon_mj.world import World as World
 
 _HOME = {
     "BeaconError": "beacon_mj.errors",
     "Command": "beacon_mj.interface",
+    "ContactPlanner": "beacon_mj.planners.contact.loop",
+    "Decision": "beacon_mj.planners.contact.decision",
     "Observation": "beacon_mj.interface",
     "Planner": "beacon_mj.planners.base",
     "PlannerInfo": "beacon_mj.interface",
+    "PushLimits": "beacon_mj.planners.contact.limits",
+    "PushPlan": "beacon_mj.planners.contact.candidates",
+    "PushPolicy": "beacon_mj.planners.contact.policy",
     "Protocol": "beacon_mj.episode.protocol",
     "Results": "beacon_mj.eval.statistics.results",
     "Scene": "beacon_mj.scene",
@@ -109,6 +120,7 @@ _HOME = {
     "render_video": "beacon_mj.rendering",
     "replay": "beacon_mj.eval.api.logs",
     "run_episode": "beacon_mj.episode.run",
+    "save_obstacle": "beacon_mj.scene_gen.pymjcf_export",
     "run_fidelity": "beacon_mj.fidelity",
     "show_progress": "beacon_mj.cli.views.progress",
     "sweep": "beacon_mj.eval.api.studies",

@@ -1,4 +1,4 @@
-"""Names and numbers that the truth and the planners' view of it share."""
+"""Names and numbers that several packages share."""
 
 from typing import Literal
 
@@ -11,3 +11,5 @@ SCHEMA = 2
 #: The columns of a row that no two runs need share.
 WALL_CLOCK_COLUMNS = frozenset({"plan_ms_p50", "plan_ms_p99", "wall_time_s"})
 GRAVITY = 9.81  #: Gravitational acceleration [m/s^2].
+CONTACT_N = 1.0  #: Filtered force above which bumper and obstacle are in contact [N].
+MOVED_M = 0.010  #: Travel above which an obstacle counts as moved [m].

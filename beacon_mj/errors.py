@@ -38,6 +38,13 @@ class RunError(BeaconError):
 def unknown(kind: str, name: str, known: Iterable[str]) -> str:
     """Return a message for a failed look-up: the nearest name, then all names."""
     names = sorted(known)
-    near = difflib.get_close_matches(name, names, n=1)
+    near = difflib.get_close_matches(name, names, n=1) or _ends_alike(name, names)
     hint = f" Did you mean {near[0]!r}?" if near else ""
     return f"Unknown {kind} {name!r}.{hint} Available: {', '.join(names) or 'none'}."
+
+
+def _ends_alike(name: str, names: list[str]) -> list[str]:
+    """Return dotted names whose last part is nearest to that of `name`."""
+    ends = {other.rpartition(".")[2]: other for other in names}
+    near = difflib.get_close_matches(name.rpartition(".")[2], ends, n=1)
+    return [ends[end] for end in near]

@@ -149,6 +149,20 @@ def polygon_area(vertices: Array) -> float:
     return float(0.5 * (x @ np.roll(y, -1) - y @ np.roll(x, -1)))
 
 
+def segment_lengths(path: Array) -> Array:
+    """Return the lengths of a polyline's segments, shape (m - 1,) [m].
+
+    Args:
+        path: Its vertices, shape (m, 2) [m].
+    """
+    return np.asarray(np.hypot(*np.diff(path, axis=0).T))
+
+
+def polyline_length(path: Array) -> float:
+    """Return the length of a polyline with vertices of shape (m, 2) [m]."""
+    return float(segment_lengths(path).sum())
+
+
 def convex_hull(points: Array) -> Array:
     """Counter-clockwise convex hull of points (m, 2), shape (k, 2), k >= 1 [m]."""
     hull = shapely.convex_hull(shapely.multipoints(points))

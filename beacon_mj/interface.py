@@ -131,7 +131,8 @@ class Observation:
         footprints: Their footprints, in the same order.
         map_version: Grows by one whenever `footprints` changes.
         contacts: Obstacles that touch the bumper now.
-        evidence: Push attempts that ended in the last control step.
+        evidence: Push attempts that ended in the last control step, and what broke
+            out of sight before and is sensed again now.
     """
 
     step: int
@@ -162,7 +163,7 @@ class PlannerInfo:
         path_m: Planned path, shape (m, 2) [m].
         beliefs: Class probabilities of each obstacle known to the planner.
         replanned: Whether the path was planned anew in this step.
-        expansions: Vertices that the search expanded in this step.
+        expansions: Grid vertices that all searches together expanded in this step.
     """
 
     action: Action = "move"

@@ -5,14 +5,12 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import ClassVar
 
 import numpy as np
 
 from beacon_mj.errors import PlannerError
-from beacon_mj.geometry import Array, Footprints
+from beacon_mj.geometry import Array, Footprints, polyline_length
 from beacon_mj.interface import Command, Observation, PlannerInfo, Task
-from beacon_mj.motion.string_pulling import length
 from beacon_mj.planners.base import Planner
 from beacon_mj.planners.checks import expect_between
 from beacon_mj.planners.oracle.push_routes import Way, gentle_touches, lines_through
@@ -48,7 +46,7 @@ class ClairvoyantConfig:
         expect_between("worthwhile_steps", self.worthwhile_steps, 0.0, 1000.0)
 
 
-class Clairvoyant(Oracle):
+class Clairvoyant(Oracle[ClairvoyantConfig]):
     """Least time among the damage-free ways, found by branch and bound in the world.
 
     A node is a set P of obstacles that may be pushed; its way is the shortest path of
@@ -69,8 +67,7 @@ class Clairvoyant(Oracle):
     the shortest path. Energy is not minimised.
     """
 
-    Config: ClassVar[type[ClairvoyantConfig]] = ClairvoyantConfig
-    config: ClairvoyantConfig
+    Config = ClairvoyantConfig
     _truth: Truth | None = None
 
     def set_truth(self, truth: Truth) -> None:
@@ -159,7 +156,7 @@ class _Search:
         )
         path = way_past(hard, self._task.start_m, self._task.goal_m, self._task)
         if path is not None:
-            bound = (length(path) - self._task.goal_tolerance_m) / self._step_m
+            bound = (polyline_length(path) - self._task.goal_tolerance_m) / self._step_m
             heapq.heappush(queue, (bound, len(seen), soft, path))
 
     def _settled(self, bound: float) -> bool:
@@ -214,4 +211,4 @@ class _Search:
 
 def _key(rollout: Rollout) -> tuple[int, float]:
     """Order rehearsals by time, then by length."""
-    return rollout.steps, length(rollout.positions_m)
+    return rollout.steps, polyline_length(rollout.positions_m)

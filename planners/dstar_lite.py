@@ -1,12 +1,12 @@
 """D* Lite: the strongest planner that never touches anything on purpose."""
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 from beacon_mj.interface import Command, Observation, PlannerInfo, Task
 from beacon_mj.motion.detour import FreeRoute
 from beacon_mj.planners.base import Planner
-from beacon_mj.planners.checks import expect, expect_between
+from beacon_mj.planners.checks import expect_between
+from beacon_mj.planners.expansions import ExpansionCount
 from beacon_mj.planners.recovery import Recovery, give_up
 
 
@@ -32,10 +32,10 @@ class DStarLiteConfig:
         expect_between("cell_m", self.cell_m, 0.01, 0.1)
         expect_between("margin_m", self.margin_m, 0.0, 0.1)
         expect_between("tight_margin_m", self.tight_margin_m, 0.0, self.margin_m)
-        expect("tolerance_m", self.tolerance_m, "positive", self.tolerance_m > 0.0)
+        expect_between("tolerance_m", self.tolerance_m, 0.0005, 0.1)
 
 
-class DStarLitePlanner(Planner):
+class DStarLitePlanner(Planner[DStarLiteConfig]):
     """Incremental heuristic search on a uniform grid, obstacles infinite.
 
     Paper appendix A.C; Koenig, S. and Likhachev, M. "D* Lite", AAAI 2002. Space that
@@ -47,8 +47,7 @@ class DStarLitePlanner(Planner):
     finer ones and less margin, and once these fail too it gives up.
     """
 
-    Config: ClassVar[type[DStarLiteConfig]] = DStarLiteConfig
-    config: DStarLiteConfig
+    Config = DStarLiteConfig
 
     def reset(self, task: Task) -> None:
         """Forget everything and plan on the empty map."""
@@ -60,18 +59,18 @@ class DStarLitePlanner(Planner):
         ]
         self._task = task
         self._recovery = Recovery(task)
+        self._count = ExpansionCount()
         self._next_level()
 
     def act(self, observation: Observation) -> Command:
         """Follow the path, repairing it first if the map has changed."""
-        away = self._recovery.velocity(observation)
-        if self._recovery.exhausted:
-            return give_up(f"Got stuck {self._recovery.stalls} times.")
-        if away is not None:
-            reason = "No progress: away from what is near."
-            info = PlannerInfo(action="back_off", reason=reason)
-            return Command(velocity_mps=away, info=info)
-        expansions = self._replan(observation)
+        return self._count.charge(self._decide(observation))
+
+    def _decide(self, observation: Observation) -> Command:
+        recovery = self._recovery.command(observation)
+        if recovery is not None:
+            return recovery
+        self._replan(observation)
         if self._route.path is None:
             room_mm = 1000.0 * self.config.tight_margin_m
             return give_up(f"The known map has no way with {room_mm:g} mm of room.")
@@ -80,23 +79,20 @@ class DStarLitePlanner(Planner):
             reason="Along the shortest path on the known map.",
             path_m=self._route.left(),
             replanned=self._route.replanned,
-            expansions=expansions,
         )
         velocity = self._route.velocity(observation)
         return Command(velocity_mps=velocity, info=info)
 
-    def _replan(self, observation: Observation) -> int:
-        """Repair the search, refining it where there is no way; return expansions."""
+    def _replan(self, observation: Observation) -> None:
+        """Repair the search, refining it where there is no way."""
         self._route.update(observation, force=self._recovery.ended)
-        expansions = self._route.expansions
         while self._route.path is None and self._levels:
             self._next_level()
             self._route.update(observation)
-            expansions += self._route.expansions
-        return expansions
 
     def _next_level(self) -> None:
         """Start a search of its own with the next cell size and margin."""
         cell_m, margin_m = self._levels.pop(0)
         tolerance_m = self.config.tolerance_m
         self._route = FreeRoute(self._task, cell_m, margin_m, tolerance_m)
+        self._count.watch(self._route)

@@ -1,7 +1,6 @@
 """A* over a semantic contact-cost map that contact never revises, after IMPACT."""
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
@@ -17,8 +16,9 @@ from beacon_mj.interface import (
 from beacon_mj.motion.path_tracking import follow, remainder
 from beacon_mj.motion.string_pulling import shorten
 from beacon_mj.planners.base import Planner
-from beacon_mj.planners.checks import expect_between
+from beacon_mj.planners.checks import expect_all_between, expect_between
 from beacon_mj.planners.contact.cost_map import ContactMap
+from beacon_mj.planners.expansions import ExpansionCount
 from beacon_mj.planners.recovery import Recovery, give_up
 
 
@@ -43,15 +43,14 @@ class ImpactConfig:
         Raises:
             PlannerError: If a field is out of range.
         """
-        for cost in self.class_cost:
-            expect_between("class_cost", cost, 0.0, 100.0)
+        expect_all_between("class_cost", self.class_cost, 3, 0.0, 100.0)
         expect_between("refusal_cost", self.refusal_cost, 0.0, 100.0)
         expect_between("cell_m", self.cell_m, 0.01, 0.1)
         expect_between("margin_m", self.margin_m, 0.0, 0.1)
         expect_between("contact_mps", self.contact_mps, 0.01, 5.0)
 
 
-class Impact(Planner):
+class Impact(Planner[ImpactConfig]):
     """Contact tolerance per obstacle at first sight, a cost map, and A* over it.
 
         path = argmin sum over cells of (1 + sum_c s_i(c) cost(c)) * length
@@ -69,14 +68,14 @@ class Impact(Planner):
     bumper learns is not used. Where everything left is refused, refusals are lifted.
     """
 
-    Config: ClassVar[type[ImpactConfig]] = ImpactConfig
-    config: ImpactConfig
+    Config = ImpactConfig
 
     def reset(self, task: Task) -> None:
         """Forget everything."""
         self._task = task
         cfg = self.config
         self._map = ContactMap(task, cfg.cell_m, task.radius_m + cfg.margin_m)
+        self._count = ExpansionCount(self._map)
         self._recovery = Recovery(task)
         self._costs: dict[str, float] = {}
         self._through = np.zeros(0, np.int64)
@@ -86,13 +85,12 @@ class Impact(Planner):
 
     def act(self, observation: Observation) -> Command:
         """Follow the cheapest path, and push what stands on it."""
-        away = self._recovery.velocity(observation)
-        if self._recovery.exhausted:
-            return give_up(f"Got stuck {self._recovery.stalls} times.")
-        if away is not None:
-            reason = "No progress: away from what is near."
-            info = PlannerInfo(action="back_off", reason=reason)
-            return Command(velocity_mps=away, info=info)
+        return self._count.charge(self._decide(observation))
+
+    def _decide(self, observation: Observation) -> Command:
+        recovery = self._recovery.command(observation)
+        if recovery is not None:
+            return recovery
         stale = self._recovery.ended or self._version != observation.map_version
         if stale:
             self._plan(observation)
@@ -159,6 +157,5 @@ class Impact(Planner):
             target=observation.obstacles[touching[0]].id if touching else None,
             path_m=remainder(path, self._progress),
             replanned=replanned,
-            expansions=self._map.expansions if replanned else 0,
         )
         return Command(velocity_mps=tracking.velocity_mps, info=info)

@@ -1,7 +1,6 @@
 """Straight to the goal, whatever stands there: the lower bound of every table."""
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
@@ -30,7 +29,7 @@ class PushThroughConfig:
         expect_between("speed_share", self.speed_share, 0.01, 1.0)
 
 
-class PushThrough(Planner):
+class PushThrough(Planner[PushThroughConfig]):
     """v = share v_max (goal - x) / ||goal - x||, slower only to stop at the goal.
 
     It uses nothing that is sensed, and gives up once nothing has given way for
@@ -38,8 +37,7 @@ class PushThrough(Planner):
     looking.
     """
 
-    Config: ClassVar[type[PushThroughConfig]] = PushThroughConfig
-    config: PushThroughConfig
+    Config = PushThroughConfig
 
     def reset(self, task: Task) -> None:
         """Take note of the goal."""

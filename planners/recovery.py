@@ -1,4 +1,4 @@
-"""What a geometric planner does when it no longer moves: back off, then give up."""
+"""What every planner does when it no longer moves: back off, then give up."""
 
 import numpy as np
 
@@ -42,6 +42,20 @@ class Recovery:
         """Start watching anew, after something else had the robot."""
         self._anchor, self._since_s = observation.position_m, observation.time_s
         self._until_s, self.ended = -1.0, False
+
+    def command(self, observation: Observation) -> Command | None:
+        """Return the command that backs off or gives up; None while all is well.
+
+        Call it once per control step.
+        """
+        away = self.velocity(observation)
+        if self.exhausted:
+            return give_up(f"Got stuck {self.stalls} times.")
+        if away is None:
+            return None
+        reason = "No progress: away from what is near."
+        info = PlannerInfo(action="back_off", reason=reason)
+        return Command(velocity_mps=away, info=info)
 
     def velocity(self, observation: Observation) -> Array | None:
         """Return the velocity that backs off, or None while all is well."""

@@ -1,9 +1,13 @@
 """Planners by name. A built-in one is imported when it is asked for, not before."""
 
+import hashlib
 import importlib
-import importlib.util
 import inspect
+import os
 import sys
+from collections.abc import Sequence
+from importlib.abc import Loader, MetaPathFinder
+from importlib.machinery import ModuleSpec
 from importlib.metadata import entry_points
 from pathlib import Path
 from types import ModuleType
@@ -72,17 +76,84 @@ def _from_file(spec: str, path: Path, name: str) -> type[Planner]:
     """Return class `name` of a Python file, whose folder need not be on the path."""
     if not path.is_file():
         raise PlannerError(f"{path}: expected a Python file but there is none.")
-    unique = f"beacon_mj_planner_{path.stem}"
-    found = importlib.util.spec_from_file_location(unique, path)
-    if found is None or found.loader is None:
-        raise PlannerError(f"{path}: expected a Python file with a planner.")
-    module = sys.modules[unique] = importlib.util.module_from_spec(found)
     try:
-        found.loader.exec_module(module)
-    except (Exception, SystemExit) as error:
-        why = f"{type(error).__name__}: {error}".replace("\n", " ")
-        raise PlannerError(f"{path}: cannot be imported: {why}.") from error
+        module = _file_module(path.resolve())
+    except (ImportError, OSError) as error:
+        raise PlannerError(f"{path}: cannot be imported: {error}.") from error
     return _member(spec, module, name)
+
+
+def _file_module(path: Path) -> ModuleType:
+    """Return the module of a file, executed once for each path and content.
+
+    It belongs to a package of its own, so that two files of one name stay apart, and
+    stays in `sys.modules`, where pickling and dataclasses look for it.
+
+    Raises:
+        ImportError: Whatever the file raises.
+    """
+    source = path.read_bytes()
+    digest = hashlib.sha256(os.fsencode(path) + b"\0" + source).hexdigest()
+    package = f"beacon_mj_planner_{digest[:16]}"
+    name = f"{package}.{path.stem}"
+    if name in sys.modules:
+        return sys.modules[name]
+    module = ModuleType(name)
+    module.__file__, module.__package__ = str(path), package
+    parent = ModuleType(package)
+    parent.__path__ = [str(path.parent)]
+    sys.modules.update({package: parent, name: module})
+    try:
+        with _Neighbours(package, path.parent):
+            exec(compile(source, path, "exec", dont_inherit=True), vars(module))
+    except (Exception, SystemExit) as error:
+        for known in [n for n in sys.modules if n.startswith(package)]:
+            del sys.modules[known]
+        why = f"{type(error).__name__}: {error}".replace("\n", " ")
+        raise ImportError(why) from error
+    return module
+
+
+class _Neighbours(MetaPathFinder, Loader):
+    """Finds the modules beside a planner's file while that is executed.
+
+    `import helper` takes `helper.py` of the same folder into the package of the file,
+    where `from . import helper` finds it at any time. Nothing of the standard library
+    is hidden.
+    """
+
+    def __init__(self, package: str, folder: Path) -> None:
+        self._package, self._folder = package, folder
+        self._specs: dict[str, ModuleSpec | None] = {}
+
+    def __enter__(self) -> None:
+        importlib.invalidate_caches()
+        sys.meta_path.insert(0, self)
+
+    def __exit__(self, *_: object) -> None:
+        sys.meta_path.remove(self)
+        for name in self._specs:
+            sys.modules.pop(name, None)
+
+    def find_spec(
+        self, fullname: str, path: Sequence[str] | None, target: object = None
+    ) -> ModuleSpec | None:
+        """Return where a module beside the file comes from, else None."""
+        if path is not None or fullname in sys.stdlib_module_names:
+            return None
+        beside = (self._folder / f"{fullname}.py").is_file()
+        return ModuleSpec(fullname, self) if beside else None
+
+    def create_module(self, spec: ModuleSpec) -> ModuleType:
+        """Return the module under its name in the file's package."""
+        module = importlib.import_module(f"{self._package}.{spec.name}")
+        self._specs.setdefault(spec.name, module.__spec__)
+        return module
+
+    def exec_module(self, module: ModuleType) -> None:
+        """Give the module, which was executed as it was created, its own spec back."""
+        if module.__spec__ is not None:
+            module.__spec__ = self._specs[module.__spec__.name]
 
 
 def _member(spec: str, module: ModuleType, name: str) -> type[Planner]:
@@ -90,16 +161,13 @@ def _member(spec: str, module: ModuleType, name: str) -> type[Planner]:
     if not (inspect.isclass(found) and issubclass(found, Planner)):
         planners = [n for n, value in vars(module).items() if _is_planner(value)]
         raise PlannerError(f"{spec}: {unknown('planner class', name, planners)}")
-    missing = sorted(found.__abstractmethods__)
-    if not hasattr(found, "Config"):
-        missing.append("Config")
-    if missing:
+    if missing := found.missing():
         raise PlannerError(
-            f"{spec}: expected a planner with reset(), act() and a Config dataclass "
-            f"but it lacks {', '.join(missing)}."
+            f"{spec}: expected a complete planner but it lacks {', '.join(missing)}."
         )
     return found
 
 
 def _is_planner(value: object) -> bool:
-    return inspect.isclass(value) and issubclass(value, Planner) and value != Planner
+    """Whether a value is a planner that can be built."""
+    return inspect.isclass(value) and issubclass(value, Planner) and not value.missing()

@@ -1,16 +1,16 @@
 """The contact-aware semantic baseline: fixed weights, beliefs never updated."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
-from beacon_mj.interface import Observation, Probabilities
+from beacon_mj.interface import Observation, Probabilities, SensedObstacle
 from beacon_mj.motion.detour import FreeRoute
-from beacon_mj.planners.checks import expect_between
-from beacon_mj.planners.contact.belief import BeliefMap
+from beacon_mj.planners.checks import expect_all_between, expect_between
+from beacon_mj.planners.contact.belief import BeliefSettings
 from beacon_mj.planners.contact.candidates import PushPlan
-from beacon_mj.planners.contact.decision import Decision, decide
+from beacon_mj.planners.contact.decision import Decision, decide, decide_in_turn
 from beacon_mj.planners.contact.limits import PushLimits
 from beacon_mj.planners.contact.loop import ContactPlanner
 from beacon_mj.planners.contact.objective import (
@@ -20,6 +20,7 @@ from beacon_mj.planners.contact.objective import (
     objective,
     push_candidate,
 )
+from beacon_mj.planners.contact.policy import PushPolicy
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -54,12 +55,90 @@ class SemanticConfig:
         for name in ("w_p", "w_r", "w_b", "lambda_risk"):
             expect_between(name, getattr(self, name), 0.0, 1000.0)
         expect_between("alpha", self.alpha, 0.0, 1.0)
+        expect_all_between("class_cost", self.class_cost, 3, 0.0, 1000.0)
         expect_between("cost_max", self.cost_max, 1e-6, 1000.0)
         expect_between("push_speed_mps", self.push_speed_mps, 0.01, 5.0)
         expect_between("touch_speed_mps", self.touch_speed_mps, 0.01, 5.0)
 
 
-class Semantic(ContactPlanner):
+class SemanticPolicy(PushPolicy[SemanticConfig]):
+    """The least of W_P J_pos + W_R J_risk_fixed + W_B J_res (paper App. A.D)."""
+
+    Config = SemanticConfig
+
+    @property
+    def belief_settings(self) -> BeliefSettings:
+        """What an obstacle seemed at first sight it remains."""
+        return BeliefSettings(update_belief=False)
+
+    def crossing_cost(
+        self, obstacle: SensedObstacle, *, last_resort: bool
+    ) -> float | None:
+        """Return the cost where the class permits contact, else a high last resort."""
+        permitted = self._interaction(obstacle) < 1.0
+        if permitted and obstacle.perceived_force_n <= self.task.force_max_n:
+            return self.config.lambda_risk * self._fixed_risk(obstacle, contact=True)
+        return 2.0 * self.config.lambda_risk if last_resort else None
+
+    def choose(
+        self,
+        observation: Observation,
+        options: Iterator[list[PushPlan]],
+        detour: FreeRoute,
+    ) -> Decision | None:
+        """Take the candidate with the smallest fixed-weight objective."""
+
+        def compare(plans: list[PushPlan]) -> Decision:
+            scored = [(self._terms(self._push(p, observation), observation), p)
+                      for p in plans]  # fmt: skip
+            way = detour_candidate(observation, self.task, detour)
+            return decide(
+                scored, None if way is None else self._terms(way, observation)
+            )
+
+        return decide_in_turn(options, detour, compare)
+
+    def limits(self, observation: Observation, plan: PushPlan) -> PushLimits:
+        """Return the same speeds for every obstacle."""
+        cfg = self.config
+        return PushLimits(touch_mps=cfg.touch_speed_mps, push_mps=cfg.push_speed_mps)
+
+    def _push(self, plan: PushPlan, observation: Observation) -> Candidate:
+        """Return a push as a candidate; its risk is the worst of its chain."""
+        moved = plan.moved(observation)
+        return push_candidate(
+            observation,
+            self.task,
+            plan,
+            self.limits(observation, plan),
+            risk=max(self._fixed_risk(o, contact=True) for o in moved),
+            energy_j=sum(
+                observation.obstacles[i].perceived_force_n * travel
+                for i, travel in plan.cascade.moved
+            ),
+        )
+
+    def _fixed_risk(self, obstacle: SensedObstacle, *, contact: bool) -> float:
+        """Return alpha J_geo + beta J_int; J_geo is one in contact, else zero."""
+        alpha = self.config.alpha
+        return alpha * float(contact) + (1.0 - alpha) * self._interaction(obstacle)
+
+    def _interaction(self, obstacle: SensedObstacle) -> float:
+        """Return J_int of the most likely class."""
+        likely = int(np.argmax(self.beliefs.beliefs[obstacle.id]))
+        return min(1.0, self.config.class_cost[likely] / self.config.cost_max)
+
+    def _terms(self, q: Candidate, observation: Observation) -> dict[str, float]:
+        """Return the weighted terms of the baseline's objective."""
+        cfg = self.config
+        weights = Weights(
+            w_p=cfg.w_p, w_r_scale=cfg.w_r, w_v_floor=0.0, w_v_range=0.0,
+            w_d=cfg.w_b, w_t=0.3 * cfg.w_b, w_e=cfg.w_b,
+        )  # fmt: skip
+        return objective(q, observation, self.task, weights, battery_reweighting=False)
+
+
+class Semantic(ContactPlanner[SemanticConfig]):
     """Fixed-weight selection by the most likely class (paper App. A.D).
 
         q* = argmin W_P J_pos + W_R J_risk_fixed + W_B J_res
@@ -70,73 +149,4 @@ class Semantic(ContactPlanner):
     is, for good, what it most likely seemed at first sight.
     """
 
-    Config: ClassVar[type[SemanticConfig]] = SemanticConfig
-    config: SemanticConfig
-
-    def _new_beliefs(self) -> BeliefMap:
-        return BeliefMap(update_belief=False)
-
-    def push_cost(self, observation: Observation, index: int) -> float | None:
-        """Return the cell cost of an obstacle whose class permits contact."""
-        obstacle = observation.obstacles[index]
-        if self._interaction(obstacle.id) >= 1.0:
-            return None
-        if obstacle.perceived_force_n > self._task.force_max_n:
-            return None
-        return self.config.lambda_risk * self._fixed_risk(obstacle.id, contact=True)
-
-    def last_resort_cost(self, observation: Observation, index: int) -> float | None:
-        """Return a high cost where there is no other way."""
-        return 2.0 * self.config.lambda_risk
-
-    def compare(
-        self, observation: Observation, plans: list[PushPlan], detour: FreeRoute
-    ) -> Decision:
-        """Take the candidate with the smallest fixed-weight objective."""
-        scored = [
-            (self._terms(self._candidate(observation, p), observation), p)
-            for p in plans
-        ]
-        way = detour_candidate(observation, self._task, detour)
-        return decide(scored, None if way is None else self._terms(way, observation))
-
-    def limits(self, observation: Observation, plan: PushPlan) -> PushLimits:
-        """Return the same speeds for every obstacle."""
-        cfg = self.config
-        return PushLimits(touch_mps=cfg.touch_speed_mps, push_mps=cfg.push_speed_mps)
-
-    def _candidate(self, observation: Observation, plan: PushPlan) -> Candidate:
-        obstacles = observation.obstacles
-        return push_candidate(
-            observation,
-            self._task,
-            plan,
-            self.limits(observation, plan),
-            risk=max(
-                self._fixed_risk(obstacles[i].id, contact=True)
-                for i, _ in plan.cascade.moved
-            ),
-            energy_j=sum(
-                obstacles[i].perceived_force_n * travel
-                for i, travel in plan.cascade.moved
-            ),
-        )
-
-    def _fixed_risk(self, obstacle_id: str, *, contact: bool) -> float:
-        """Return alpha J_geo + beta J_int; J_geo is one in contact, else zero."""
-        alpha = self.config.alpha
-        return alpha * float(contact) + (1.0 - alpha) * self._interaction(obstacle_id)
-
-    def _interaction(self, obstacle_id: str) -> float:
-        """Return J_int of the most likely class."""
-        likely = int(np.argmax(self.beliefs.beliefs[obstacle_id]))
-        return min(1.0, self.config.class_cost[likely] / self.config.cost_max)
-
-    def _terms(self, q: Candidate, observation: Observation) -> dict[str, float]:
-        """Return the weighted terms of the baseline's objective."""
-        cfg = self.config
-        weights = Weights(
-            w_p=cfg.w_p, w_r_scale=cfg.w_r, w_v_floor=0.0, w_v_range=0.0,
-            w_d=cfg.w_b, w_t=0.3 * cfg.w_b, w_e=cfg.w_b,
-        )  # fmt: skip
-        return objective(q, observation, self._task, weights, battery_reweighting=False)
+    Policy = SemanticPolicy

@@ -11,8 +11,8 @@ import math
 import numpy as np
 import shapely
 
-from beacon_mj.geometry import Array, Footprints
-from beacon_mj.motion.visibility_graph import path_length, shortest_path
+from beacon_mj.geometry import Array, Footprints, polyline_length
+from beacon_mj.motion.visibility_graph import shortest_path
 from beacon_mj.scene import Certificate, Obstacle, Scene
 
 #: Share of the drive's limit that an obstacle must stay under to be called a door.
@@ -76,8 +76,10 @@ def certify(scene: Scene, margin_m: float) -> Certificate | None:
     if reference is None:
         return None
     return Certificate(
-        collision_free_length_m=None if free is None else round(path_length(free), 6),
-        reference_length_m=round(path_length(reference), 6),
+        collision_free_length_m=None
+        if free is None
+        else round(polyline_length(free), 6),
+        reference_length_m=round(polyline_length(reference), 6),
         straight_line_m=round(math.dist(scene.start_m, scene.goal_m), 6),
         door_ids=_door_ids(scene, free, reference, margin_m),
         margin_m=margin_m,
@@ -102,11 +104,11 @@ def _door_ids(
     if free is not None:
         swept = shapely.LineString(reference).buffer(scene.robot.radius_m)
         doors = [o for o in doors if swept.intersects(o.outline)]
-    longest = np.inf if free is None else 0.9 * path_length(free)
+    longest = np.inf if free is None else 0.9 * polyline_length(free)
     found = []
     for door in doors:
         others = [o for o in scene.obstacles if o is not door]
         way = free_path(scene, others, margin_m)
-        if way is not None and path_length(way) < longest:
+        if way is not None and polyline_length(way) < longest:
             found.append(door.id)
     return tuple(found)

@@ -2,11 +2,12 @@
 
 A family is a valid MJCF model. Its `<custom>` section carries the numbers, one
 `<default class>` per interaction class how obstacles look and behave, and the bodies
-of its world which shapes occur. PyMJCF reads and checks the file once; MuJoCo
-compiles it once to measure the shapes.
+of its world which shapes occur. MuJoCo's `MjSpec` reads, checks and compiles the file
+once.
 """
 
 import functools
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,7 +16,8 @@ from beacon_mj.constants import CLASSES
 from beacon_mj.errors import TemplateError, unknown
 from beacon_mj.mjcf_templates import ROOT
 from beacon_mj.scene import Surface
-from beacon_mj.scene_gen.mjcf_reader import element_error, read_mjcf, template_sha256
+from beacon_mj.scene_gen.mjcf_files import template_sha256
+from beacon_mj.scene_gen.mjcf_reader import Mjcf, element_error, read_mjcf
 from beacon_mj.scene_gen.prototypes import Prototype, read_prototypes
 
 #: Numbers a family may carry: how many values, least and largest allowed value.
@@ -42,6 +44,7 @@ NUMERICS: Mapping[str, tuple[int, float, float]] = {
     "gate_width": (2, 0.3, 3.0),
     "shortcut_ratio": (1, 1.0, 5.0),
 }
+_NAME = re.compile("[A-Za-z][A-Za-z0-9_-]{0,60}")  #: As in a scene.
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -100,6 +103,7 @@ def family_paths(templates: Path | None = None) -> dict[str, Path]:
         raise TemplateError(f"{templates}: expected a folder of templates.")
     own = [*sorted(templates.glob("*.xml")), *sorted(templates.glob("families/*.xml"))]
     own = [p for p in own if p.name not in ("arena.xml", "robot.xml")]
+    own = [p for p in own if not p.name.startswith(".")]  # Such as AppleDouble's.
     if not own:
         raise TemplateError(
             f"{templates}: expected a family file (*.xml or families/*.xml) "
@@ -135,26 +139,31 @@ def _path(name: str, templates: Path | None) -> Path:
 
 def read_family(path: Path) -> Family:
     """Read and check one family file. Raises TemplateError, naming file and element."""
+    if not _NAME.fullmatch(path.stem):
+        raise TemplateError(
+            f"{path}: expected a family's file to be called by a letter and at most 60 "
+            "letters (A to z), digits, - and _, followed by .xml."
+        )
     return _read_family(path, template_sha256(path))
 
 
 @functools.lru_cache(maxsize=64)
 def _read_family(path: Path, sha256: str) -> Family:
     """Read one family; one of which any file was edited since is read again."""
-    root = read_mjcf(path)
-    texts = {t.name: t.data for t in root.custom.text}
+    mjcf = read_mjcf(path)
+    texts = {t.name: t.data for t in mjcf.spec.texts}
     if "layout" not in texts:
         raise TemplateError(f'{path}: expected <text name="layout" data="..."/>.')
-    prototypes = read_prototypes(root, path)
+    prototypes = read_prototypes(mjcf, path)
     names = {p.name for p in prototypes}
-    numerics = {n.name: _checked(n, path, names) for n in root.custom.numeric if n.name}
+    numerics = {n.name: _checked(n, path, names) for n in mjcf.spec.numerics}
     return Family(
         name=path.stem,
         source=path,
         layout=texts["layout"],
         numerics=numerics,
         prototypes=prototypes,
-        surfaces=tuple(_surface(root, c, path) for c in CLASSES),  # type: ignore[arg-type]
+        surfaces=tuple(_surface(mjcf, c, path) for c in CLASSES),  # type: ignore[arg-type]
     )
 
 
@@ -184,17 +193,16 @@ def _checked(numeric: object, path: Path, shapes: set[str]) -> tuple[float, ...]
     return values
 
 
-def _surface(root: object, name: str, path: Path) -> Surface:
+def _surface(mjcf: Mjcf, name: str, path: Path) -> Surface:
     """Read how the geoms of one interaction class look and roll."""
-    default = root.find("default", name)  # type: ignore[attr-defined]
+    default = mjcf.spec.find_default(name)
     if default is None:
         raise element_error(path, f'<default class="{name}">', "one per class")
-    geom = default.geom
-    rgba = (0.5, 0.5, 0.5, 1.0) if geom.rgba is None else geom.rgba
-    friction = [0.5, 0.005, 0.004] if geom.friction is None else list(geom.friction)
-    friction += [0.005, 0.004][len(friction) - 1 :]
+    _, torsional, rolling = default.geom.friction
+    # MuJoCo keeps colors in single precision: their shortest text is what was written.
+    red, green, blue, alpha = (float(str(v)) for v in default.geom.rgba)
     return Surface(
-        rgba=tuple(float(v) for v in rgba),  # type: ignore[arg-type]
-        torsional_friction_m=float(friction[1]),
-        rolling_friction_m=float(friction[2]),
+        rgba=(red, green, blue, alpha),
+        torsional_friction_m=float(torsional),
+        rolling_friction_m=float(rolling),
     )

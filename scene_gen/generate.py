@@ -6,17 +6,13 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from beacon_mj.errors import GenerationError, SceneError, TemplateError, unknown
+from beacon_mj.errors import GenerationError, SceneError, unknown
 from beacon_mj.scene import Certificate, Obstacle, Profile, Robot, Scene
 from beacon_mj.scene.checks import check_scene
 from beacon_mj.scene_gen.certificates import certify
 from beacon_mj.scene_gen.family import Family, load_family
-from beacon_mj.scene_gen.layouts import (
-    LAYOUTS,
-    WORKSPACE_M,
-    NoRoomError,
-    Point,
-)
+from beacon_mj.scene_gen.layouts import WORKSPACE_M, Layout, NoRoomError, Point
+from beacon_mj.scene_gen.own_layouts import find_layout
 from beacon_mj.scene_gen.perception import perceive
 from beacon_mj.scene_gen.prototypes import DECIMALS
 from beacon_mj.scene_gen.sampling import Sampler
@@ -51,15 +47,12 @@ def generate_scene(
     """
     if isinstance(family, str):
         family = load_family(family, templates)
-    if family.layout not in LAYOUTS:
-        raise TemplateError(
-            f"{family.source}: {unknown('layout', family.layout, LAYOUTS)}"
-        )
+    layout = find_layout(family)
     rng = stream("scene", seed, family.name, index)
     reasons: dict[str, int] = {}
     for _ in range(PROPOSALS):
         try:
-            proposal = _propose(family, index, seed, rng)
+            proposal = _propose(family, layout, index, seed, rng)
             check_scene(proposal)
         except NoRoomError:
             _count(reasons, _NO_ROOM)
@@ -86,11 +79,13 @@ def _count(reasons: dict[str, int], reason: str) -> None:
     reasons[reason] = reasons.get(reason, 0) + 1
 
 
-def _propose(family: Family, index: int, seed: int, rng: np.random.Generator) -> Scene:
+def _propose(
+    family: Family, layout: Layout, index: int, seed: int, rng: np.random.Generator
+) -> Scene:
     robot = Robot()
     start, goal = _start_and_goal(rng)
     sampler = Sampler(family=family, robot=robot, rng=rng)
-    placed = LAYOUTS[family.layout](sampler, start, goal)
+    placed = layout(sampler, start, goal)
     order = rng.permutation(len(placed))
     obstacles = tuple(
         msgspec.structs.replace(placed[k], id=f"obstacle_{i:02d}")

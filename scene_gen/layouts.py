@@ -2,11 +2,14 @@
 
 A layout takes a `Sampler`, start and goal, and returns placed obstacles. It only
 proposes: what a family promises is proved afterwards, and a proposal that fails is
-thrown away. A new layout is one function with `@layout("name")`.
+thrown away. A new layout is one function with `@layout("name")`, in the `layouts.py` of
+a template folder; see `own_layouts`.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 
 import msgspec
 import numpy as np
@@ -19,7 +22,8 @@ from beacon_mj.scene_gen.sampling import Sampler
 
 Point = tuple[float, float]
 Layout = Callable[[Sampler, Point, Point], list[Obstacle]]
-LAYOUTS: dict[str, Layout] = {}
+LAYOUTS: dict[str, Layout] = {}  #: Of all families; others belong to a folder.
+_REGISTRY: ContextVar[dict[str, Layout]] = ContextVar("registry", default=LAYOUTS)
 
 WORKSPACE_M = (0.0, 0.0, 6.0, 6.0)  #: West, south, east, north (paper II.A).
 CLEARANCE_M = 0.3  #: Free ring around the robot's disc at start and goal.
@@ -37,10 +41,20 @@ def layout(name: str) -> Callable[[Layout], Layout]:
     """Register a layout under the name that family files use."""
 
     def register(function: Layout) -> Layout:
-        LAYOUTS[name] = function
+        _REGISTRY.get()[name] = function
         return function
 
     return register
+
+
+@contextmanager
+def registering(registry: dict[str, Layout]) -> Iterator[None]:
+    """Let `layout` register into `registry` instead of `LAYOUTS`."""
+    token = _REGISTRY.set(registry)
+    try:
+        yield
+    finally:
+        _REGISTRY.reset(token)
 
 
 @layout("scatter")

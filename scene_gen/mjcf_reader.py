@@ -1,15 +1,49 @@
-"""Reading a template with PyMJCF, without leaving the template folders."""
+"""Reading a family file with MuJoCo's `MjSpec`: what it holds is honoured or refused.
 
-import hashlib
-import warnings
+MuJoCo checks the grammar. Beyond it, an element that the generator would have no use
+for is refused by name, so that nothing that a user wrote is dropped without a word.
+"""
+
+import re
 import xml.etree.ElementTree as ET
-from pathlib import Path, PurePosixPath
+from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
-from beacon_mj.errors import TemplateError
-from beacon_mj.mjcf_templates import ROOT
+import mujoco
 
-_FOLDERS = ("meshdir", "texturedir", "assetdir")
+from beacon_mj.errors import TemplateError
+from beacon_mj.scene_gen.mjcf_files import Origin, Template, load_template
+
+#: Elements that a user's files may hold, and below which element.
+_ALLOWED = {
+    "mujoco": (
+        "asset", "compiler", "custom", "default", "statistic", "visual", "worldbody",
+    ),
+    "asset": ("material", "mesh", "texture"),
+    "worldbody": ("body",),
+    "body": ("body", "frame", "freejoint", "geom", "inertial", "joint"),
+    "frame": ("body", "frame", "geom"),
+    "geom": (),
+    "mesh": (),
+}  # fmt: skip
+#: Friction of a class that does not give all three numbers.
+_FRICTION = "0.5 0.005 0.004"
+
+
+@dataclass(frozen=True, slots=True)
+class Mjcf:
+    """A family as MuJoCo understands it.
+
+    Attributes:
+        spec: Its elements.
+        model: The same, compiled.
+        origins: Where each body stands, by name.
+    """
+
+    spec: Any
+    model: Any
+    origins: dict[str, Origin]
 
 
 def element_error(path: Path, element: str, expected: str) -> TemplateError:
@@ -17,132 +51,109 @@ def element_error(path: Path, element: str, expected: str) -> TemplateError:
     return TemplateError(f"{path}: expected {element} ({expected}) but found none.")
 
 
-def read_mjcf(path: Path) -> Any:
-    """Parse a family file, with its includes, into a PyMJCF element tree.
-
-    An include such as `../obstacles/box.xml` is looked up in the family's own
-    template folder first, then among the shipped templates, so that a family file
-    can be copied alone.
+def read_mjcf(path: Path) -> Mjcf:
+    """Read and compile a family file with its includes.
 
     Raises:
-        TemplateError: If a file is missing, leaves the template folder, or is no MJCF.
+        TemplateError: If a file is missing, leaves the template folder, is no MJCF, or
+            holds what a family cannot: the message names file and line.
     """
-    text = _read(path)
-    assets = dict(_files(text, path, _folder(path)))
-    mjcf = _pymjcf()
+    template = load_template(path)
+    _check_elements(template, template.root)
+    _check_angles(template)
+    default = ET.Element("default")
+    ET.SubElement(default, "geom", friction=_FRICTION)
+    template.root.insert(0, default)
+    _strip(template.root)
+    text = ET.tostring(template.root, encoding="unicode")
+    origins = {
+        e.get("name", ""): template.origins[e] for e in template.root.iter("body")
+    }
     try:
-        return mjcf.from_xml_string(
-            text, model_dir=str(path.parent), assets=assets, escape_separators=False
-        )
-    except Exception as error:  # PyMJCF raises many kinds; all mean "no valid MJCF".
-        lines = str(error).strip().splitlines() or [type(error).__name__]
-        raise TemplateError(f"{path}: not valid MJCF: {lines[-1]}") from error
-
-
-def template_sha256(path: Path) -> str:
-    """Return the SHA-256 of a family file and all that it refers to, unparsed.
-
-    Raises:
-        TemplateError: If a file is missing, leaves the template folder, or is no XML.
-    """
-    text = _read(path)
-    parts = [text]
-    for name, content in _files(text, path, _folder(path)):
-        parts += [name.encode(), content]
-    # Of their digests, so that no two lists of parts read the same.
-    digests = b"".join(hashlib.sha256(part).digest() for part in parts)
-    return hashlib.sha256(digests).hexdigest()
-
-
-def _pymjcf() -> Any:
-    """Import PyMJCF, which warns where there is no display."""
+        spec = mujoco.MjSpec.from_string(text, assets=template.assets)
+    except ValueError as error:
+        raise _named(error, template, "not valid MJCF") from error
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            from dm_control import mjcf
-    except ImportError as error:
-        raise TemplateError(
-            "Reading templates needs dm-control, which has no release for this Python "
-            "(its dependency labmaze has none for 3.13). Use Python 3.11 or 3.12."
-        ) from error
-    return mjcf
+        return Mjcf(spec, spec.compile(), origins)
+    except ValueError as error:
+        raise _named(error, template, "MuJoCo cannot compile it") from error
 
 
-def _read(path: Path) -> bytes:
-    try:
-        return path.read_bytes()
-    except OSError as error:
-        raise TemplateError(
-            f"{path}: cannot read the template: {error.strerror}"
-        ) from error
-
-
-def _folder(path: Path) -> Path:
-    """Return the template folder that a family file belongs to."""
-    return path.parent.parent if path.parent.name == "families" else path.parent
-
-
-def _files(
-    text: bytes, path: Path, folder: Path, trail: tuple[Path, ...] = ()
-) -> list[tuple[str, bytes]]:
-    """Return (name as written, content) of every file that a template refers to."""
-    if path in trail:
-        raise TemplateError(f"{path}: expected no file to include itself.")
-    found = []
-    for element in _parse(text, path).iter():
-        if any(name in element.attrib for name in _FOLDERS):
+def _check_elements(template: Template, parent: ET.Element) -> None:
+    """Refuse by name what would have no effect on a scene, or a wrong one."""
+    allowed = _ALLOWED.get(parent.tag)
+    for element in parent:
+        origin = template.origins[element]
+        if origin.shipped:
+            continue
+        if allowed is not None and element.tag not in allowed:
+            name = f" {element.get('name')!r}" if element.get("name") else ""
             raise TemplateError(
-                f"{path}: expected no meshdir, texturedir or assetdir in a template."
+                f"{origin}: expected no <{element.tag}>{name} in <{parent.tag}> of a "
+                f"template but one of: {', '.join(allowed) or 'nothing'}."
             )
-        for name in _file_names(element):
-            source = _find(name, path, folder)
-            content = _read(source)
-            found.append((name, content))
-            if element.tag == "include":
-                found += _files(content, source, folder, (*trail, path))
-    return found
+        _check_attributes(element, origin)
+        _check_elements(template, element)
 
 
-def _parse(text: bytes, path: Path) -> ET.Element:
-    """Parse a template without following anything that it refers to."""
-    if b"<!DOCTYPE" in text or b"<!ENTITY" in text:
-        raise TemplateError(f"{path}: expected no document type or entities.")
-    try:
-        return ET.fromstring(text)
-    except ET.ParseError as error:
-        raise TemplateError(f"{path}: not valid XML: {error}") from error
+def _check_attributes(element: ET.Element, origin: Origin) -> None:
+    for tag, name in (("compiler", "fusestatic"), ("body", "mocap")):
+        if element.tag == tag and element.get(name) == "true":
+            raise TemplateError(f'{origin}: expected no {name}="true" in a template.')
 
 
-def _file_names(element: ET.Element) -> list[str]:
-    """Return the file names that an element refers to, such as `fileright`."""
-    return [v for k, v in element.attrib.items() if k.startswith("file")]
+def _check_angles(template: Template) -> None:
+    """Refuse a file that alone would be read in other angles than in its family.
+
+    MuJoCo takes one unit for a whole model, the last that any of its files names.
+    """
+    whole = _angles(e for e in template.root.iter("compiler"))
+    own: dict[Path, list[ET.Element]] = {}
+    for element, origin in template.origins.items():
+        own.setdefault(origin.path, []).append(element)
+    for path, elements in own.items():
+        alone = _angles(e for e in elements if e.tag == "compiler")
+        turned = [e for e in elements if "euler" in e.attrib or "axisangle" in e.attrib]
+        if path == template.path or not turned or template.origins[turned[0]].shipped:
+            continue
+        if alone != whole:
+            raise TemplateError(
+                f"{template.origins[turned[0]]}: expected the file to say "
+                f'<compiler angle="{whole[0]}" eulerseq="{whole[1]}"/>, as its family '
+                f"does, but alone it is read in {alone[0]}s and {alone[1]!r}."
+            )
 
 
-def _find(name: str, path: Path, folder: Path) -> Path:
-    """Return where a file is: beside the template that names it, or as an include."""
-    relative = _inside(name, path)
-    homes = folder.resolve(), ROOT.resolve()
-    for candidate in (path.parent / name, folder / relative, ROOT / relative):
-        real = candidate.resolve()
-        if candidate.is_file() and any(real.is_relative_to(home) for home in homes):
-            return candidate
-    raise TemplateError(
-        f"{path}: file {name!r} found neither in {folder} nor among the shipped "
-        "templates."
-    )
+def _angles(compilers: Any) -> tuple[str, str]:
+    """Return the unit of angles, and the sequence of Euler angles."""
+    angle, sequence = "degree", "xyz"
+    for element in compilers:
+        angle = element.get("angle", angle)
+        sequence = element.get("eulerseq", sequence)
+    return angle, sequence
 
 
-def _inside(name: str, path: Path) -> Path:
-    """Normalise a file name of a family; it may not leave the template folder."""
-    parts: list[str] = ["families"]
-    pure = PurePosixPath(name)
-    for part in pure.parts:
-        if part == ".." and parts:
-            parts.pop()
-        elif part != ".":
-            parts.append(part)
-    if pure.is_absolute() or ".." in parts or name.count("..") > 1:
-        raise TemplateError(
-            f"{path}: expected file {name!r} to stay inside the template folder."
-        )
-    return Path(*parts)
+def _strip(root: ET.Element) -> None:
+    """Put every element on a line of its own, in document order."""
+    for element in root.iter():
+        element.text = element.tail = None
+    ET.indent(root, space="")
+
+
+def _named(error: ValueError, template: Template, what: str) -> TemplateError:
+    """Return MuJoCo's complaint in one line that names the file it is about."""
+    text = ET.tostring(template.root, encoding="unicode")
+    starts = [
+        number
+        for number, line in enumerate(text.splitlines(), 1)
+        if not line.startswith("</")
+    ]
+    elements = dict(zip(starts, template.root.iter(), strict=True))
+    message = " ".join(str(error).split())
+    found = re.search(r",? ?line (\d+)", message)
+    element = elements.get(int(found[1])) if found else None
+    origin = None if element is None else template.origins.get(element)
+    if found is None or origin is None:
+        return TemplateError(f"{template.path}: {what}: {message}")
+    message = message.replace(found[0], f", line {origin.line}")
+    return TemplateError(f"{origin.path}: {what}: {message}")

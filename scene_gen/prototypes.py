@@ -1,9 +1,11 @@
 """Prototypes: the shapes of a family, with nominal proportions, and scaling them."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, get_args
 
+import msgspec
 import mujoco
 import numpy as np
 import shapely
@@ -12,9 +14,21 @@ from beacon_mj.errors import TemplateError
 from beacon_mj.geometry import Array, convex_hull, core_centroid
 from beacon_mj.scene import shapes
 from beacon_mj.scene.shapes import PrismKind, Shape
+from beacon_mj.scene_gen.geom_points import geom_points, geom_rotation
+from beacon_mj.scene_gen.mjcf_files import Origin
+from beacon_mj.scene_gen.mjcf_reader import Mjcf
 
 #: Decimals kept of every length in a scene, so that files are the same everywhere.
 DECIMALS = 6
+_ALIGNED = 1e-5  #: How far off a shape may stand; MuJoCo turns meshes about.
+_SOLIDS = (
+    mujoco.mjtGeom.mjGEOM_SPHERE,
+    mujoco.mjtGeom.mjGEOM_CAPSULE,
+    mujoco.mjtGeom.mjGEOM_ELLIPSOID,
+    mujoco.mjtGeom.mjGEOM_CYLINDER,
+    mujoco.mjtGeom.mjGEOM_BOX,
+    mujoco.mjtGeom.mjGEOM_MESH,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,119 +95,120 @@ def _rounded(points: Array) -> tuple[Any, ...]:
     return tuple(tuple(round(float(v), DECIMALS) for v in row) for row in points)
 
 
-def read_prototypes(root: Any, path: Path) -> tuple[Prototype, ...]:
-    """Return the prototypes of a parsed family file.
+def read_prototypes(mjcf: Mjcf, path: Path) -> tuple[Prototype, ...]:
+    """Return the prototypes of a family file, one for each body of its world.
 
     Raises:
-        TemplateError: If there is none, or one has no name or no geometry.
+        TemplateError: If there is none, or one has no name, has joints of its own, or
+            has no geom that collides.
     """
-    try:
-        with_files = {k: v for k, v in root.get_assets().items()}
-        model = mujoco.MjModel.from_xml_string(root.to_xml_string(), with_files)
-    except ValueError as error:
-        raise TemplateError(f"{path}: MuJoCo cannot compile it: {error}") from error
-    bodies = list(root.worldbody.body)
+    model = mjcf.model
+    bodies = [b for b in range(1, model.nbody) if model.body_parentid[b] == 0]
     if not bodies:
         raise TemplateError(
             f"{path}: expected at least one obstacle body in its world."
         )
-    return tuple(_prototype(model, body.name, path) for body in bodies)
+    return tuple(_prototype(model, b, path, mjcf.origins) for b in bodies)
 
 
-def _prototype(model: Any, name: str | None, path: Path) -> Prototype:
+def _prototype(
+    model: Any, body: int, path: Path, origins: Mapping[str, Origin]
+) -> Prototype:
+    name = model.body(body).name
     if not name:
         raise TemplateError(f"{path}: expected every obstacle body to have a name.")
-    body = model.body(name)
-    geoms = [g for g in range(model.ngeom) if model.geom_bodyid[g] == body.id]
+    where = str(origins.get(name, path))
+    _check_rigid(model, body, f"{where}: expected body {name!r}")
+    inside = [g for g in range(model.ngeom) if model.geom_bodyid[g] > 0]
+    inside = [g for g in inside if model.body_rootid[model.geom_bodyid[g]] == body]
+    # What cannot touch anything is there to be looked at.
+    geoms = [g for g in inside if model.geom_contype[g] or model.geom_conaffinity[g]]
     if not geoms:
-        raise TemplateError(f"{path}: expected body {name!r} to have a geom.")
-    if len(geoms) == 1 and (shape := _simple_shape(model, geoms[0], name)) is not None:
-        return Prototype(name, shape)
-    return Prototype(name, _hulls(model, geoms, name))
+        raise TemplateError(
+            f"{where}: expected body {name!r} to have a geom"
+            + (" that collides (contype or conaffinity)." if inside else ".")
+        )
+    for geom in geoms:
+        kind = mujoco.mjtGeom(model.geom_type[geom])
+        if kind not in _SOLIDS:
+            word = kind.name.removeprefix("mjGEOM_").lower()
+            raise TemplateError(
+                f"{where}: expected the geoms of body {name!r} to be solid (sphere, "
+                f"capsule, ellipsoid, cylinder, box, mesh) but one is a {word}."
+            )
+    shape = _simple_shape(model, geoms[0], name) if len(geoms) == 1 else None
+    prototype = Prototype(name, shape or _hulls(model, geoms, name))
+    _check_storable(prototype, where)
+    return prototype
+
+
+def _check_storable(prototype: Prototype, where: str) -> None:
+    """Refuse at once what every reader of its scenes would refuse."""
+    try:
+        shape = prototype.scaled(1.0, 1.0, 1.0)
+        msgspec.convert(msgspec.to_builtins(shape), Shape)
+    except msgspec.ValidationError as error:
+        raise TemplateError(
+            f"{where}: expected body {prototype.name!r} to be a shape that fits into a "
+            f"scene (of each mesh at most 256 corners): {error}."
+        ) from error
+
+
+def _check_rigid(model: Any, body: int, expected: str) -> None:
+    """Refuse joints but for the body's own free one: an obstacle is one rigid body."""
+    for joint in range(model.njnt):
+        owner = model.jnt_bodyid[joint]
+        free = model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_FREE
+        if model.body_rootid[owner] == body and not (owner == body and free):
+            raise TemplateError(
+                f"{expected} to be rigid, with no joint but a <freejoint>, but it has "
+                f"joint {model.joint(joint).name!r}."
+            )
 
 
 def _simple_shape(model: Any, geom: int, name: str) -> Shape | None:
     """Return the shape of a body with one geom, if it is one of the nine."""
     a, b, c = (float(v) for v in model.geom_size[geom])
     kind = mujoco.mjtGeom(model.geom_type[geom])
+    rotation = geom_rotation(model, geom)
+    upright = abs(rotation[2, 2]) > 1.0 - _ALIGNED
     if name == "sphere" and kind == mujoco.mjtGeom.mjGEOM_SPHERE:
         return shapes.Sphere(radius_m=a)
     if name == "box" and kind == mujoco.mjtGeom.mjGEOM_BOX:
-        return shapes.Box(length_m=2 * a, width_m=2 * b, height_m=2 * c)
-    if name == "cylinder" and kind == mujoco.mjtGeom.mjGEOM_CYLINDER:
+        if np.abs(rotation - np.eye(3)).max() < _ALIGNED:
+            return shapes.Box(length_m=2 * a, width_m=2 * b, height_m=2 * c)
+    if name == "cylinder" and kind == mujoco.mjtGeom.mjGEOM_CYLINDER and upright:
         return shapes.Cylinder(radius_m=a, height_m=2 * b)
     if name == "capsule" and kind == mujoco.mjtGeom.mjGEOM_CAPSULE:
-        return shapes.Capsule(radius_m=a, length_m=2 * (a + b))
+        if abs(rotation[0, 2]) > 1.0 - _ALIGNED:  # It lies along the x axis.
+            return shapes.Capsule(radius_m=a, length_m=2 * (a + b))
     if name in get_args(PrismKind) and kind == mujoco.mjtGeom.mjGEOM_MESH:
-        points = _geom_points(model, geom)
-        outline = convex_hull(np.round(points[:, :2], 9))
-        outline = outline - core_centroid(outline)
-        return shapes.Prism(
-            kind=name,  # type: ignore[arg-type]
-            vertices_m=_rounded(outline),
-            height_m=float(np.ptp(points[:, 2])),
-        )
+        return _prism(geom_points(model, geom), name)
     return None
+
+
+def _prism(points: Array, name: str) -> shapes.Prism | None:
+    """Return the upright prism that the points are the corners of, if they are."""
+    low, high = points[:, 2].min(), points[:, 2].max()
+    ends = [points[np.abs(points[:, 2] - z) < _ALIGNED] for z in (low, high)]
+    if len(ends[0]) + len(ends[1]) != len(points) or len(ends[0]) != len(ends[1]):
+        return None
+    outline = convex_hull(np.round(points[:, :2], 9))
+    outline = outline - core_centroid(outline)
+    return shapes.Prism(
+        kind=name,  # type: ignore[arg-type]
+        vertices_m=_rounded(outline),
+        height_m=float(np.ptp(points[:, 2])),
+    )
 
 
 def _hulls(model: Any, geoms: list[int], name: str) -> shapes.Hulls:
     """Return the convex parts of an authored body, standing on the floor, centred."""
-    parts = [_geom_points(model, g) for g in geoms]
+    parts = [geom_points(model, g) for g in geoms]
     everything = np.concatenate(parts)
     centre = core_centroid(convex_hull(everything[:, :2]))
     middle = 0.5 * (everything[:, 2].min() + everything[:, 2].max())
     return _hulls_of(name, [p - (*centre, middle) for p in parts])
-
-
-def _geom_points(model: Any, geom: int) -> Array:
-    """Return points whose convex hull is the geom, in its body's frame, (k, 3) [m]."""
-    rotation = np.empty(9)
-    mujoco.mju_quat2Mat(rotation, model.geom_quat[geom])
-    local = _local_points(model, geom)
-    return np.asarray(local @ rotation.reshape(3, 3).T + model.geom_pos[geom])
-
-
-def _local_points(model: Any, geom: int) -> Array:
-    size = model.geom_size[geom]
-    kind = mujoco.mjtGeom(model.geom_type[geom])
-    if kind == mujoco.mjtGeom.mjGEOM_MESH:
-        mesh = model.geom_dataid[geom]
-        start, count = model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]
-        points = model.mesh_vert[start : start + count].astype(float)
-        return _hull_vertices(points)
-    if kind == mujoco.mjtGeom.mjGEOM_BOX:
-        corners = shapes.Box(
-            length_m=2 * size[0], width_m=2 * size[1], height_m=2 * size[2]
-        )
-        return corners.core()[0]
-    if kind == mujoco.mjtGeom.mjGEOM_CYLINDER:
-        return shapes.Cylinder(radius_m=size[0], height_m=2 * size[1]).core()[0]
-    return _round_points(size, kind)
-
-
-def _round_points(size: Array, kind: Any) -> Array:
-    """Return points on a sphere, ellipsoid or capsule."""
-    polar = np.linspace(0.0, np.pi, 9)
-    around = np.arange(12) * (np.pi / 6)
-    unit = np.array(
-        [
-            (np.sin(t) * np.cos(p), np.sin(t) * np.sin(p), np.cos(t))
-            for t in polar
-            for p in around
-        ]
-    )
-    if kind == mujoco.mjtGeom.mjGEOM_ELLIPSOID:
-        return _hull_vertices(unit * size)
-    points = unit * size[0]
-    if kind == mujoco.mjtGeom.mjGEOM_CAPSULE:
-        points = points + np.sign(unit[:, 2:]) * (0.0, 0.0, 1.0) * size[1]
-    return _hull_vertices(points)
-
-
-def _hull_vertices(points: Array) -> Array:
-    from scipy.spatial import ConvexHull
-
-    return np.asarray(points[np.sort(ConvexHull(points).vertices)])
 
 
 def largest_side(shape: Shape) -> float:

@@ -1,11 +1,12 @@
 """Documentation that must not drift from the code."""
 
-import dataclasses
 import re
 from pathlib import Path
 
 import pytest
 
+from beacon_mj.errors import PlannerError
+from beacon_mj.eval.runs.overrides import convert, flat
 from beacon_mj.planners.registry import load_planner, planner_names
 from tests.repository import REPOSITORY
 
@@ -16,10 +17,12 @@ DOCS = REPOSITORY / "docs"
 def test_every_parameter_stands_in_the_docs(name: str) -> None:
     section = (DOCS / "planners.md").read_text().split(f"### `{name}`\n")[1]
     rows = dict(
-        re.findall(r"^\| `(\w+)` \| `([^`]*)` \| \S", section.split("###")[0], re.M)
+        re.findall(r"^\| `([\w.]+)` \| `([^`]*)` \| \S", section.split("###")[0], re.M)
     )
-    config = load_planner(name)[1].Config
-    assert rows == {f.name: str(f.default) for f in dataclasses.fields(config)}
+    default = load_planner(name)[1].Config()
+    assert [*rows] == [*flat(default)]
+    # What stands in the docs is what --set takes.
+    assert convert(type(default), rows, name, PlannerError) == default
 
 
 @pytest.mark.parametrize("page", sorted(DOCS.glob("*.md")), ids=lambda p: p.name)

@@ -14,6 +14,8 @@ from beacon_mj.geometry import (
     convex_hull,
     core_centroid,
     polygon_area,
+    polyline_length,
+    segment_lengths,
 )
 
 numbers = st.floats(-3.0, 3.0, allow_nan=False, width=32).map(lambda v: round(v, 3))
@@ -146,3 +148,29 @@ def test_padding_changes_nothing() -> None:
     together = Footprints.stack([disc, square, rod]).distance(query)
     alone = [Footprints.stack([f]).distance(query)[0] for f in (disc, square, rod)]
     np.testing.assert_array_equal(together, alone)
+
+
+polylines = st.lists(points, min_size=1, max_size=12).map(np.array)
+
+
+@given(polylines)
+def test_the_length_of_a_polyline_is_shapelys(path: np.ndarray) -> None:
+    pieces = segment_lengths(path)
+    assert pieces.shape == (len(path) - 1,)
+    expected = shapely.LineString(path).length if len(path) > 1 else 0.0
+    assert polyline_length(path) == pytest.approx(expected, abs=1e-12)
+    assert polyline_length(path[::-1]) == pytest.approx(expected, abs=1e-12)
+
+
+@given(polylines, st.integers(0, 100), st.floats(0.0, 1.0))
+def test_a_point_on_a_polyline_adds_nothing_and_leaving_one_out_no_more(
+    path: np.ndarray, where: int, share: float
+) -> None:
+    length = polyline_length(path)
+    k = where % len(path)
+    between = path[k] + share * (path[(k + 1) % len(path)] - path[k])
+    if k + 1 < len(path):
+        longer = np.insert(path, k + 1, between, axis=0)
+        assert polyline_length(longer) == pytest.approx(length, abs=1e-9)
+    shorter = np.delete(path, k, axis=0)
+    assert len(shorter) == 0 or polyline_length(shorter) <= length + 1e-9

@@ -69,12 +69,42 @@ def test_a_planner_loads_without_the_simulator(name: str) -> None:
     assert done.returncode == 0, done.stderr
 
 
+def _left_out(folder: str, names: list[str]) -> set[str]:
+    """Return what is no source; `runs` holds results at the top, code in `eval`."""
+    made = {"build", "dist", "runs", "scenes"} if Path(folder) == REPOSITORY else set()
+    return {
+        n
+        for n in names
+        if n.startswith(".") or n.endswith((".egg-info", "__pycache__")) or n in made
+    }
+
+
+def copy_of_the_checkout(folder: Path) -> Path:
+    """Return a copy, since building leaves a folder behind in the source."""
+    shutil.copytree(REPOSITORY, folder, symlinks=True, ignore=_left_out)
+    return folder
+
+
+@pytest.mark.slow
+def test_type_checkers_can_follow_an_editable_install(tmp_path: Path) -> None:
+    """It is a line with a path, no import hook, and leads to every package."""
+    source = copy_of_the_checkout(tmp_path / "source")
+    venv.create(tmp_path / "venv", with_pip=True)
+    python = tmp_path / "venv" / "bin" / "python"
+    subprocess.run(
+        [python, "-m", "pip", "install", "-q", "--no-deps", "-e", source], check=True
+    )
+    (pth,) = (tmp_path / "venv").rglob("__editable__*.pth")
+    root = Path(pth.read_text().strip())
+    assert root.samefile(source)
+    listed = pyproject()["tool"]["setuptools"]["packages"]  # type: ignore[index]
+    assert all((root.joinpath(*p.split(".")) / "__init__.py").is_file() for p in listed)
+
+
 @pytest.mark.slow
 def test_wheel_works_on_its_own(tmp_path: Path) -> None:
     """Build the wheel, install it without this checkout, and find the templates."""
-    source = tmp_path / "source"  # Building leaves a folder behind in the source.
-    skip = shutil.ignore_patterns(".*", "build", "runs", "*.egg-info", "__pycache__")
-    shutil.copytree(REPOSITORY, source, symlinks=True, ignore=skip)
+    source = copy_of_the_checkout(tmp_path / "source")
     subprocess.run(
         [sys.executable, "-m", "build", "-q", "--wheel", "-o", tmp_path, source],
         check=True,
@@ -93,12 +123,13 @@ def test_wheel_works_on_its_own(tmp_path: Path) -> None:
         [python, "-m", "pip", "install", "-q", "--no-deps", wheel], check=True
     )
     code = (
-        "from beacon_mj.mjcf_templates import REPOSITORY\n"
+        "from beacon_mj.mjcf_templates import ROOT\n"
         "import beacon_mj.planners, sys\n"
-        "assert 'venv' in str(REPOSITORY), REPOSITORY\n"
-        "print(len(list(REPOSITORY.rglob('*.xml'))))"
+        "assert 'venv' in str(ROOT), ROOT\n"
+        "print(len(list(ROOT.rglob('*.xml'))))"
     )
     done = subprocess.run(
-        [python, "-c", code], cwd=tmp_path, check=True, capture_output=True, text=True
-    )
+        [python, "-I", "-c", code],
+        cwd=tmp_path, check=True, capture_output=True, text=True,
+    )  # fmt: skip
     assert int(done.stdout) == len(list((REPOSITORY / "mjcf_templates").rglob("*.xml")))

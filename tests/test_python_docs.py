@@ -1,4 +1,4 @@
-"""docs/python.md from its text alone: the programs run in order, in an empty folder."""
+"""docs/python.md alone: every program runs, in order, in an empty folder."""
 
 import os
 import re

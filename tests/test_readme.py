@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.pages import blocks, run
 from tests.repository import REPOSITORY
 
 README = (REPOSITORY / "README.md").read_text()
@@ -15,30 +16,17 @@ README = (REPOSITORY / "README.md").read_text()
 IN_SMALL = {"beacon-mj eval --planner all --out runs/table": " -n 1"}
 
 
-def blocks(language: str) -> list[str]:
-    return re.findall(rf"```{language}\n(.*?)```", README, re.DOTALL)
-
-
-def run(command: str, folder: Path) -> subprocess.CompletedProcess[str]:
-    program = f"{sys.executable} -m beacon_mj "
-    command = (command + IN_SMALL.get(command, "")).replace("beacon-mj ", program, 1)
-    environment = os.environ | {"PYTHONPATH": str(REPOSITORY)}
-    return subprocess.run(
-        command, shell=True, cwd=folder, env=environment, capture_output=True, text=True
-    )
-
-
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder as a reader has it: the templates beside, and mine.py written."""
     folder = tmp_path_factory.mktemp("reader")
     (folder / "mjcf_templates").symlink_to(REPOSITORY / "mjcf_templates")
-    (folder / "mine.py").write_text(blocks("python")[1])
+    (folder / "mine.py").write_text(blocks(README, "python")[1])
     return folder
 
 
 def test_the_first_block_is_two_commands_that_work_alone() -> None:
-    lines = blocks("bash")[0].splitlines()
+    lines = blocks(README, "bash")[0].splitlines()
     assert len(lines) == 2
     assert all(line.startswith("python3 -m venv ") for line in lines)
     assert lines[0].endswith("beacon-mj eval --planner beacon")
@@ -47,18 +35,18 @@ def test_the_first_block_is_two_commands_that_work_alone() -> None:
 
 @pytest.mark.slow
 def test_every_shell_command_runs(folder: Path) -> None:
-    commands = [c for block in blocks("bash")[1:] for c in block.splitlines()]
+    commands = [c for block in blocks(README, "bash")[1:] for c in block.splitlines()]
     inline = re.findall(r"`(beacon-mj [^`]*mine\.py[^`]*)`", README)
     assert len(commands) > 8
     assert inline
     for command in [*commands, *inline]:
-        done = run(command, folder)
+        done = run(command + IN_SMALL.get(command, ""), folder)
         assert done.returncode == 0, f"{command}\n{done.stdout}\n{done.stderr}"
 
 
 def test_the_python_example_runs(folder: Path) -> None:
     done = subprocess.run(
-        [sys.executable, "-c", blocks("python")[0]],
+        [sys.executable, "-c", blocks(README, "python")[0]],
         cwd=folder, env=os.environ | {"PYTHONPATH": str(REPOSITORY)},
         capture_output=True, text=True,
     )  # fmt: skip

@@ -43,6 +43,11 @@ def check_planner(
     build: Callable[[], Planner] = (
         planner if isinstance(planner, type) else lambda: planner
     )
+    if missing := cls.missing():
+        raise PlannerError(
+            f"{cls.__name__}: expected a complete planner but it lacks "
+            f"{', '.join(missing)}."
+        )
     _check_config(cls)
     scene = generate_scene("collision-required", 0) if scene is None else scene
     first = _drive(build(), cls.__name__, scene, steps)

@@ -1,15 +1,22 @@
 """The protocol: everything about an episode that is not the scene or the planner."""
 
+import functools
 import math
-from typing import Annotated
+from typing import Annotated, Any, get_args, get_type_hints
 
 import msgspec
 from msgspec import Meta
 
 from beacon_mj.constants import GRAVITY
+from beacon_mj.errors import RunError
 from beacon_mj.scene import Scene
 
 NonNegative = Annotated[float, Meta(ge=0.0, le=1e6)]
+#: Sensing radius beyond every workspace [m].
+EVERYTHING_M = 100.0
+#: Key of the value at which a field hides nothing. Every field that makes the sensor
+#: less than perfect carries one; `Protocol.certain` needs no other list of them.
+_CERTAIN = "certain"
 
 
 class Protocol(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -33,7 +40,9 @@ class Protocol(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
         missed_detection: Probability that an obstacle in range is missed in a step.
     """
 
-    sensing_radius_m: Annotated[float, Meta(ge=0.0, le=100.0)] = 1.0
+    sensing_radius_m: Annotated[
+        float, Meta(ge=0.0, le=EVERYTHING_M, extra={_CERTAIN: EVERYTHING_M})
+    ] = 1.0
     max_steps: Annotated[int, Meta(ge=1, le=10**6)] = 1000
     goal_tolerance_m: Annotated[float, Meta(gt=0.0, le=1.0)] = 0.10
     motion_cost_jpm: NonNegative | None = None
@@ -42,15 +51,54 @@ class Protocol(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     stuck_radius_m: Annotated[float, Meta(gt=0.0, le=1.0)] = 0.05
     decision_limit_s: Annotated[float, Meta(gt=0.0, le=1e4)] = 30.0
     timestep_s: Annotated[float, Meta(ge=1e-4, le=0.01)] = 0.002
-    occlusion: bool = False
-    pose_noise_m: Annotated[float, Meta(ge=0.0, le=0.5)] = 0.0
-    missed_detection: Annotated[float, Meta(ge=0.0, lt=1.0)] = 0.0
+    occlusion: Annotated[bool, Meta(extra={_CERTAIN: False})] = False
+    pose_noise_m: Annotated[float, Meta(ge=0.0, le=0.5, extra={_CERTAIN: 0.0})] = 0.0
+    missed_detection: Annotated[float, Meta(ge=0.0, lt=1.0, extra={_CERTAIN: 0.0})] = (
+        0.0
+    )
+
+    def certain(self) -> "Protocol":
+        """Return this protocol with a sensor that senses everything, and exactly."""
+        return msgspec.structs.replace(self, **_perfect())
+
+    def __post_init__(self) -> None:
+        """Check the ranges of a protocol made in Python as of one that was read.
+
+        Raises:
+            RunError: If a field has the wrong type or is out of range.
+        """
+        for field in msgspec.structs.fields(self):
+            value = getattr(self, field.name)
+            plain = float(value) if isinstance(value, float) else value
+            try:
+                msgspec.convert(plain, field.type)
+            except msgspec.ValidationError as problem:
+                wanted = str(problem).removeprefix("Expected ").partition(", got")[0]
+                raise RunError(
+                    f"Expected protocol.{field.name} to be {wanted.replace('`', '')} "
+                    f"but it was {value!r}."
+                ) from problem
 
     def motion_cost(self, scene: Scene) -> float:
         """Return kappa_d for the scene's robot [J/m]."""
         if self.motion_cost_jpm is not None:
             return self.motion_cost_jpm
         return 0.2 * scene.robot.mass_kg * GRAVITY
+
+
+@functools.cache
+def _perfect() -> dict[str, float | bool]:
+    """Return the fields that limit the sensor, at the values at which none does."""
+    hints = get_type_hints(Protocol, include_extras=True)
+    extras = {name: _extra(hint) for name, hint in hints.items()}
+    return {name: e[_CERTAIN] for name, e in extras.items() if _CERTAIN in e}
+
+
+def _extra(hint: Any) -> dict[str, Any]:
+    """Return what the annotations within a type say beside its limits."""
+    own = [m.extra or {} for m in getattr(hint, "__metadata__", ())]
+    parts = [_extra(part) for part in get_args(hint)]
+    return {key: value for e in (*parts, *own) for key, value in e.items()}
 
 
 def battery_slope(scene: Scene) -> float:

@@ -4,7 +4,6 @@ import math
 from collections.abc import Callable
 from functools import cached_property
 
-import msgspec
 import numpy as np
 
 from beacon_mj.episode.protocol import Protocol
@@ -14,9 +13,6 @@ from beacon_mj.planners.oracle.truth import Rollout, TrueObstacle, Truth
 from beacon_mj.scene import Obstacle, Scene
 from beacon_mj.scene_gen.perception import perceive
 from beacon_mj.world import World
-
-#: Range of the sensor in a rehearsal: everything is seen from the start [m].
-EVERYTHING_M = 100.0
 
 
 def truth_about(scene: Scene, protocol: Protocol, run: Callable[..., Trace]) -> Truth:
@@ -29,24 +25,18 @@ def truth_about(scene: Scene, protocol: Protocol, run: Callable[..., Trace]) -> 
     """
     return Truth(
         obstacles=tuple(_true(o) for o in scene.obstacles),
-        rehearse=_Stage(scene, protocol, run).rehearse,
+        rehearse=_Copy(scene, protocol, run).rehearse,
     )
 
 
-class _Stage:
+class _Copy:
     """A copy of the world, built when it is first used."""
 
     def __init__(
         self, scene: Scene, protocol: Protocol, run: Callable[..., Trace]
     ) -> None:
         self._scene = perceive(scene, "truth", scene.seed)
-        self._protocol = msgspec.structs.replace(
-            protocol,
-            sensing_radius_m=EVERYTHING_M,
-            occlusion=False,
-            pose_noise_m=0.0,
-            missed_detection=0.0,
-        )
+        self._protocol = protocol.certain()
         self._run = run
 
     @cached_property

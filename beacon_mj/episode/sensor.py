@@ -1,13 +1,17 @@
 """The sensing wrapper: the only way from the true world to a planner.
 
 An obstacle is sensed when the distance between the robot's body and its footprint is
-at most r_s. Once sensed it stays in the map with its last seen pose. Class, mass,
-friction and break force never cross; perceived values do, as the scene stores them.
+at most r_s, and whenever the robot touches it, whatever hides it. Once sensed it stays
+in the map with its last seen pose. Class, mass, friction and break force never cross;
+perceived values do, as the scene stores them.
 """
+
+from dataclasses import replace
 
 import numpy as np
 import shapely
 
+from beacon_mj.constants import CONTACT_N
 from beacon_mj.episode.protocol import Protocol
 from beacon_mj.geometry import Footprint, Footprints, Mask
 from beacon_mj.interface import Contact, Observation, PushEvidence, SensedObstacle
@@ -15,8 +19,7 @@ from beacon_mj.scene import Obstacle
 from beacon_mj.streams import stream
 from beacon_mj.world import StepOutcome, World
 from beacon_mj.world.outcome import ROBOT
-
-CONTACT_N = 1.0  #: Filtered force above which a contact is reported [N].
+from beacon_mj.world.pushes import AttemptEnd
 
 
 class Sensor:
@@ -28,9 +31,11 @@ class Sensor:
         self._protocol = protocol
         scene = world.scene
         self._rng = stream("sensor", scene.seed, scene.family, scene.index)
+        self._number = {o.id: i for i, o in enumerate(scene.obstacles)}
         self._order: list[int] = []
         self._seen: dict[int, SensedObstacle] = {}
         self._sighting: dict[int, Footprint] = {}
+        self._untold: list[AttemptEnd] = []
         self._stacked = Footprints()
         self._version = 0
 
@@ -57,13 +62,13 @@ class Sensor:
     def _look(self, time_s: float, outcome: StepOutcome | None) -> None:
         """Update the map from this moment's sightings."""
         visible = self._visible()
-        touched = set() if outcome is None else {c.id for c in _felt(outcome)}
+        touched = set() if outcome is None else _touched(outcome)
         changed = False
         for i in range(len(visible)):
             if visible[i] or self._world.scene.obstacles[i].id in touched:
                 changed |= self._sight(i, time_s)
             elif i in self._seen and self._seen[i].visible:
-                self._seen[i] = _replaced(self._seen[i], visible=False)
+                self._seen[i] = replace(self._seen[i], visible=False)
         if changed:
             self._version += 1
             self._stacked = Footprints.stack(
@@ -111,7 +116,7 @@ class Sensor:
         broken = bool(world.broken[i])
         if before is not None and self._sighting[i] is outline:
             if before.seen_s != time_s or before.broken != broken or not before.visible:
-                self._seen[i] = _replaced(
+                self._seen[i] = replace(
                     before, visible=True, seen_s=time_s, broken=broken
                 )
             return False
@@ -144,13 +149,27 @@ class Sensor:
         )
 
     def _evidence(self, outcome: StepOutcome) -> tuple[PushEvidence, ...]:
-        """Return the evidence of this step, about obstacles that are in the map."""
-        names = [o.id for o in self._world.scene.obstacles]
+        """Return the evidence about obstacles that are sensed in this step.
+
+        What the robot touched always is. What broke unseen, by something else, is told
+        when the obstacle is sensed next.
+        """
+        told: list[AttemptEnd] = []
+        untold: list[AttemptEnd] = []
+        for attempt in (*self._untold, *outcome.attempts):
+            seen = self._seen.get(self._number[attempt.obstacle])
+            sensed = seen is not None and seen.visible
+            (told if sensed else untold).append(attempt)
+        self._untold = untold
         return tuple(
-            PushEvidence(names[a.obstacle], a.evidence, a.force_n, a.ended_s)
-            for a in outcome.attempts
-            if a.obstacle in self._seen and self._seen[a.obstacle].visible
+            PushEvidence(a.obstacle, a.evidence, a.force_n, a.ended_s) for a in told
         )
+
+
+def _touched(outcome: StepOutcome) -> set[str]:
+    """Return the obstacles that the bumper touches, or pushed in this step."""
+    felt = {c.id for c in _felt(outcome)}
+    return felt | {a.obstacle for a in outcome.own_attempts}
 
 
 def _felt(outcome: StepOutcome) -> tuple[Contact, ...]:
@@ -161,26 +180,3 @@ def _felt(outcome: StepOutcome) -> tuple[Contact, ...]:
         if c.counterpart == ROBOT and c.filtered_n > CONTACT_N and size > 0.0:
             felt.append(Contact(c.obstacle, c.force_n[:2] / size, c.filtered_n))
     return tuple(felt)
-
-
-def _replaced(
-    seen: SensedObstacle,
-    *,
-    visible: bool,
-    seen_s: float | None = None,
-    broken: bool | None = None,
-) -> SensedObstacle:
-    """Return the record with a new sighting of an unchanged pose."""
-    return SensedObstacle(
-        id=seen.id,
-        footprint=seen.footprint,
-        centroid_m=seen.centroid_m,
-        height_m=seen.height_m,
-        volume_m3=seen.volume_m3,
-        density_kgm3=seen.density_kgm3,
-        friction=seen.friction,
-        scores=seen.scores,
-        seen_s=seen.seen_s if seen_s is None else seen_s,
-        visible=visible,
-        broken=seen.broken if broken is None else broken,
-    )

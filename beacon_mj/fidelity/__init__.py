@@ -9,7 +9,7 @@ from types import MappingProxyType
 
 from beacon_mj.errors import RunError, unknown
 from beacon_mj.fidelity import corner, energy, friction, impact, mass, pushing, repeat
-from beacon_mj.fidelity.row import Law
+from beacon_mj.fidelity.law import Law
 from beacon_mj.fidelity.table import Fidelity
 
 #: The checks by name, in the order of the table.

@@ -3,7 +3,7 @@
 import msgspec
 import numpy as np
 
-from beacon_mj.fidelity.row import Law
+from beacon_mj.fidelity.law import Law
 from beacon_mj.scene_gen.generate import generate_scene
 from beacon_mj.world import World
 

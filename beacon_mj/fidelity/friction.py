@@ -7,7 +7,7 @@ import numpy as np
 
 from beacon_mj.constants import CLASSES, GRAVITY
 from beacon_mj.fidelity.benches import bench, block, obstacle
-from beacon_mj.fidelity.row import Law
+from beacon_mj.fidelity.law import Law
 from beacon_mj.scene import Obstacle, Scene, shapes
 from beacon_mj.scene_gen.generate import generate_scene
 from beacon_mj.world import World

@@ -7,7 +7,7 @@ import numpy as np
 
 from beacon_mj.constants import GRAVITY
 from beacon_mj.fidelity.benches import bench, block
-from beacon_mj.fidelity.row import Law
+from beacon_mj.fidelity.law import Law
 from beacon_mj.scene import Robot
 from beacon_mj.scene_gen.mjcf import BUMPER_MASS_SHARE
 from beacon_mj.world import World

@@ -4,7 +4,7 @@ import numpy as np
 
 from beacon_mj.constants import GRAVITY
 from beacon_mj.fidelity.benches import bench, block
-from beacon_mj.fidelity.row import Law
+from beacon_mj.fidelity.law import Law
 from beacon_mj.scene import Obstacle, Robot
 from beacon_mj.world import StepOutcome, World
 

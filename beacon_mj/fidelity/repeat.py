@@ -11,7 +11,7 @@ import mujoco
 import numpy as np
 
 from beacon_mj.fidelity.benches import bench, block, obstacle
-from beacon_mj.fidelity.row import Law
+from beacon_mj.fidelity.law import Law
 from beacon_mj.scene.shapes import Sphere
 from beacon_mj.scene_gen.generate import generate_scene
 from beacon_mj.world import SimulationError, World

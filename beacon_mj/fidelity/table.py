@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from rich.table import Table
 
-from beacon_mj.fidelity.row import Law
+from beacon_mj.fidelity.law import Law
 from beacon_mj.rendering.tables import Listing, add_line, plain_table
 
 

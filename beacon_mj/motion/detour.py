@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from beacon_mj.geometry import Array
+from beacon_mj.geometry import Array, polyline_length
 from beacon_mj.interface import Observation, Task
 from beacon_mj.motion.grid_route import GridRoute
 from beacon_mj.motion.path_tracking import follow, remainder
-from beacon_mj.motion.string_pulling import is_clear, length, shorten
+from beacon_mj.motion.string_pulling import is_clear, shorten
 
 
 class FreeRoute:
@@ -15,7 +15,6 @@ class FreeRoute:
     Attributes:
         path: What was planned last, shape (m, 2) [m]; None if there is no way.
         replanned: Whether the last `update` planned anew.
-        expansions: Vertices expanded by the last `update`.
     """
 
     def __init__(
@@ -36,7 +35,11 @@ class FreeRoute:
         self._version = -1
         self.path: Array | None = None
         self.replanned = False
-        self.expansions = 0
+
+    @property
+    def expansions(self) -> int:
+        """Vertices expanded since it was built."""
+        return self._route.expansions
 
     @property
     def inflation_m(self) -> float:
@@ -48,22 +51,24 @@ class FreeRoute:
         """Length of what is left of the path [m], infinite if there is none."""
         if self.path is None:
             return float("inf")
-        return length(remainder(self.path, self._progress))
+        return polyline_length(remainder(self.path, self._progress))
 
     def update(self, observation: Observation, *, force: bool = False) -> None:
         """Plan anew if the map has changed, or if forced to."""
         self.replanned = force or self._version != observation.map_version
-        self.expansions = 0
         if not self.replanned:
             return
         self._version = observation.map_version
         position, footprints = observation.position_m, observation.footprints
         path = self._route.plan(position, footprints)
-        self.expansions = self._route.last_expansions
         if path is not None:
             path = shorten(path, footprints, self.inflation_m)
         kept = None if force else self._kept(observation)
-        if path is None or kept is None or length(path) < length(kept) - 0.01:
+        if (
+            path is None
+            or kept is None
+            or polyline_length(path) < polyline_length(kept) - 0.01
+        ):
             self.path, self._progress = path, 0.0
 
     def left(self) -> Array | None:

@@ -93,7 +93,7 @@ class DStarLite:
 
     def costs_to_go(self) -> Array:
         """Search from the goal to every cell [m], inf where none; shape (n,)."""
-        flood(self._cells, self._queue, self._lattice)
+        self.expansions += flood(self._cells, self._queue, self._lattice)
         return np.ascontiguousarray(self._cells["g"])
 
     def path(self) -> Cells:
@@ -117,7 +117,7 @@ class DStarLite:
         self._last = self.start
 
 
-def dijkstra(cost: Array, cell_m: float, goal: int) -> Array:
+def dijkstra(cost: Array, cell_m: float, goal: int) -> tuple[Array, int]:
     """Cost-to-go of every cell, searched from scratch.
 
     Args:
@@ -126,8 +126,9 @@ def dijkstra(cost: Array, cell_m: float, goal: int) -> Array:
         goal: Cell with cost-to-go zero.
 
     Returns:
-        Cost-to-go, shape (rows, cols) [m]; inf where the goal cannot be reached.
+        Cost-to-go, shape (rows, cols) [m], inf where the goal cannot be reached; and
+        the number of vertices expanded.
     """
     engine = DStarLite(cost, cell_m)
     engine.set_goal(goal)
-    return engine.costs_to_go().reshape(cost.shape)
+    return engine.costs_to_go().reshape(cost.shape), engine.expansions

@@ -210,9 +210,11 @@ def _raise(cells: Records, queue: Records, lattice: Lattice, aim: Aim, u: int) -
 
 
 @kernel
-def flood(cells: Records, queue: Records, lattice: Lattice) -> None:
-    """Dijkstra's search over the whole grid, from what the heap holds."""
+def flood(cells: Records, queue: Records, lattice: Lattice) -> int:
+    """Dijkstra's search over the grid from the heap; returns the expansions."""
+    expansions = 0
     while heap_size(queue) > 0:
+        expansions += 1
         u = queue[1]["vertex"]
         g = cells[u]["rhs"]
         cells[u]["g"] = g
@@ -225,6 +227,7 @@ def flood(cells: Records, queue: Records, lattice: Lattice) -> None:
             if through < cells[s]["rhs"]:
                 cells[s]["rhs"] = through
                 heap_put(cells, queue, s, through, through)
+    return expansions
 
 
 @kernel

@@ -23,7 +23,6 @@ class GridRoute:
         inflation_m: Distance that the path's cells keep from footprints and walls [m].
         field: Clearance of each cell.
         engine: The incremental search.
-        last_expansions: Vertices that the last `plan` expanded.
     """
 
     def __init__(
@@ -44,7 +43,11 @@ class GridRoute:
         cost = np.where(self.field.values < inflation_m, np.inf, 0.0)
         self.engine = DStarLite(cost.reshape(grid.rows, grid.cols), cell_m)
         self._goals = grid.disc(task.goal_m, 0.8 * task.goal_tolerance_m)
-        self.last_expansions = 0
+
+    @property
+    def expansions(self) -> int:
+        """Vertices expanded since it was built."""
+        return self.engine.expansions
 
     def plan(
         self, position: Array, footprints: Footprints, extra: Array | None = None
@@ -61,7 +64,7 @@ class GridRoute:
             or None if the goal cannot be reached. A robot that is too near something
             is first led out.
         """
-        engine, before = self.engine, self.engine.expansions
+        engine = self.engine
         changed = self.field.update(footprints)
         start, goal = self._start(position, footprints), self._free_goal()
         if goal != engine.goal:
@@ -69,7 +72,6 @@ class GridRoute:
         engine.move_start(start)
         self._charge(changed, extra)
         reachable = np.isfinite(engine.compute())
-        self.last_expansions = engine.expansions - before
         return self._polyline(position, footprints) if reachable else None
 
     def _charge(self, changed: Cells, extra: Array | None) -> None:

@@ -9,7 +9,7 @@ Shapes: m path points, n footprints, k core vertices.
 
 import numpy as np
 
-from beacon_mj.geometry import Array, Footprints, segment_core
+from beacon_mj.geometry import Array, Footprints, segment_core, segment_lengths
 from beacon_mj.jit import kernel
 from beacon_mj.motion.grid import Cells
 
@@ -58,11 +58,6 @@ def is_clear(path: Array, footprints: Footprints, clearance_m: float) -> bool:
     )
 
 
-def length(path: Array) -> float:
-    """Length of a polyline, shape (m, 2) [m]."""
-    return float(np.hypot(*np.diff(path, axis=0).T).sum())
-
-
 def circles(footprints: Footprints) -> tuple[Array, Array]:
     """Centres (n, 2) and radii (n,) of circles that hold the footprints [m]."""
     low, high = footprints.vertices.min(axis=1), footprints.vertices.max(axis=1)
@@ -72,7 +67,7 @@ def circles(footprints: Footprints) -> tuple[Array, Array]:
 
 def _densify(path: Array, spacing_m: float) -> Array:
     """Insert points so that neighbours are at most `spacing_m` apart."""
-    steps = np.hypot(*np.diff(path, axis=0).T)
+    steps = segment_lengths(path)
     arc = np.concatenate([[0.0], np.cumsum(steps)])
     counts = np.maximum(np.ceil(steps / spacing_m), 1.0).astype(np.int64)
     index = np.repeat(np.arange(len(steps)), counts)

@@ -58,11 +58,6 @@ def shortest_path(
     return _a_star(nodes, footprints, clearance)
 
 
-def path_length(path: Array) -> float:
-    """Return the length of a polyline (m, 2) [m]."""
-    return float(np.hypot(*np.diff(path, axis=0).T).sum())
-
-
 def _a_star(nodes: Array, footprints: Footprints, clearance: float) -> Array | None:
     """A* from node 0 to node 1, testing edges for visibility only when they help."""
     count = len(nodes)

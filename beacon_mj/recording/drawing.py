@@ -129,7 +129,7 @@ def _arena(update: Any, world: World, time_ns: int) -> None:
         cylinder = entity.cylinders.add(bottom_scale=1.0, top_scale=1.0)
         _set_pose(cylinder.pose, found.pos, (1.0, 0.0, 0.0, 0.0))
         _set_size(cylinder.size, (2 * found.size[0], 2 * found.size[0], 0.002))
-        _set_colour(cylinder.color, found.rgba)
+        _set_colour(cylinder.color, found.rgba.tolist())
 
 
 def _robot(update: Any, world: World, time_ns: int) -> None:

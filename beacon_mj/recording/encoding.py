@@ -188,10 +188,10 @@ def set_planar(target: Any, values: Any) -> None:
     target.x, target.y = float(values[0]), float(values[1])
 
 
-def push_message(attempt: AttemptEnd, obstacle: str) -> Any:
-    """Return how a push attempt on `obstacle` ended."""
+def push_message(attempt: AttemptEnd) -> Any:
+    """Return how a push attempt ended."""
     return message("beacon_mj.Push")(
-        obstacle=obstacle,
+        obstacle=attempt.obstacle,
         evidence=attempt.evidence,
         force_n=attempt.force_n,
         began_s=attempt.began_s,

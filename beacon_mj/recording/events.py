@@ -7,7 +7,6 @@ from beacon_mj.episode.trace import StepRecord, Trace
 from beacon_mj.interface import PlannerInfo
 from beacon_mj.recording.drawing import stamp
 from beacon_mj.recording.messages import message
-from beacon_mj.scene import Scene
 
 Level = Literal["DEBUG", "INFO", "WARNING", "ERROR"]
 
@@ -20,19 +19,18 @@ def replanned(info: PlannerInfo, time_ns: int) -> Any:
     return _event(time_ns, "INFO", "planner", text)
 
 
-def of_step(record: StepRecord, scene: Scene, time_ns: int) -> Iterator[Any]:
+def of_step(record: StepRecord, time_ns: int) -> Iterator[Any]:
     """Yield the events of one control step."""
     outcome = record.outcome
     for name in record.newly_sensed:
         yield _event(time_ns, "DEBUG", "sensor", f"first sight of {name}")
     for attempt in outcome.attempts:
-        name = scene.obstacles[attempt.obstacle].id
         stalled = attempt.evidence == "not_moved"
         yield _event(
             time_ns,
             "WARNING" if stalled else "INFO",
             "push",
-            f"{'stall' if stalled else 'push'}: {name} {attempt.evidence} "
+            f"{'stall' if stalled else 'push'}: {attempt.obstacle} {attempt.evidence} "
             f"at {attempt.force_n:.1f} N",
         )
     for damage in outcome.damages:

@@ -49,7 +49,7 @@ class _Rebuild:
 
     def __init__(self, log: Log) -> None:
         self._log = log
-        self._number = {o.id: i for i, o in enumerate(log.scene.obstacles)}
+        self._ids = {o.id: o.id for o in log.scene.obstacles}
         self._decisions = _Latest(log.messages["/decision"])
         self._plan = _Latest(log.messages["/plan"])
         self._belief = _Latest(log.messages["/belief"])
@@ -157,11 +157,11 @@ class _Rebuild:
             ),
             attempts=tuple(self._attempt(p) for p in self._pushes.get(time_ns, ())),
             displacements=tuple(
-                Displacement(d.obstacle, d.distance_m, tuple(d.chain))
+                Displacement(self._ids[d.obstacle], d.distance_m, tuple(d.chain))
                 for d in step.displacements
             ),
             damages=tuple(
-                Damage(d.obstacle, d.counterpart, d.force_n, d.time_s)
+                Damage(self._ids[d.obstacle], d.counterpart, d.force_n, d.time_s)
                 for d in self._damages.get(time_ns, ())
             ),
             toppled=tuple(step.toppled),
@@ -169,7 +169,7 @@ class _Rebuild:
 
     def _attempt(self, push: Any) -> AttemptEnd:
         return AttemptEnd(
-            self._number[push.obstacle],
+            self._ids[push.obstacle],
             _one_of(Evidence, push.evidence, self._log.path),
             push.force_n,
             push.began_s,

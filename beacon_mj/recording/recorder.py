@@ -235,11 +235,10 @@ class Recorder:
             if picture is not None:
                 self._put("/contacts/arrows", picture)
         for attempt in outcome.attempts:
-            name = self._ids[attempt.obstacle]
-            self._put("/push", encoding.push_message(attempt, name))
+            self._put("/push", encoding.push_message(attempt))
         for damage in outcome.damages:
             self._put("/damage", encoding.damage_message(damage))
         if outcome.damages:
             self._put("/scene", drawing.scene_update(world, self._time_ns))
-        for event in events.of_step(record, world.scene, self._time_ns):
+        for event in events.of_step(record, self._time_ns):
             self._put("/log", event)

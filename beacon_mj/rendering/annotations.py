@@ -1,7 +1,6 @@
 """What is drawn into a scene beside the world: way, path, forces, true classes."""
 
 from itertools import pairwise
-from typing import Any
 
 import mujoco
 import numpy as np
@@ -33,7 +32,7 @@ class Marks:
             [trace.start_m, *(s.outcome.position_m for s in trace.steps)]
         )
 
-    def draw(self, scene: Any, data: mujoco.MjData, step: int) -> None:
+    def draw(self, scene: mujoco.MjvScene, data: mujoco.MjData, step: int) -> None:
         """Add the marks of the state after `step`, which `data` is in, to a scene."""
         self._mark_truth(scene, data)
         _polyline(scene, self._positions[: step + 1], 0.012, TRAIL_RGBA)
@@ -43,7 +42,7 @@ class Marks:
             _polyline(scene, path, 0.018, PATH_RGBA)
         self._draw_contacts(scene, step)
 
-    def _mark_truth(self, scene: Any, data: mujoco.MjData) -> None:
+    def _mark_truth(self, scene: mujoco.MjvScene, data: mujoco.MjData) -> None:
         """Put a dot of the true class's colour on every obstacle."""
         for i, body in enumerate(self._bodies):
             x, y, z = data.xpos[body]
@@ -55,7 +54,7 @@ class Marks:
                 size = np.array([radius, 0.004, 0.0])
                 _add(scene, mujoco.mjtGeom.mjGEOM_CYLINDER, size, place, rgba)
 
-    def _draw_contacts(self, scene: Any, step: int) -> None:
+    def _draw_contacts(self, scene: mujoco.MjvScene, step: int) -> None:
         """Draw the forces on obstacles, above them so that nothing hides them."""
         for contact in self._trace.steps[step - 1].outcome.contacts if step else ():
             force = contact.force_n.copy()
@@ -70,7 +69,7 @@ class Marks:
 
 
 def _polyline(
-    scene: Any, points: Array, width_m: float, rgba: tuple[float, ...]
+    scene: mujoco.MjvScene, points: Array, width_m: float, rgba: tuple[float, ...]
 ) -> None:
     """Draw a line on the floor through points (m, 2)."""
     height = np.full((len(points), 1), 0.012)
@@ -80,7 +79,7 @@ def _polyline(
 
 
 def _connect(
-    scene: Any,
+    scene: mujoco.MjvScene,
     kind: mujoco.mjtGeom,
     width_m: float,
     start: Array,
@@ -94,8 +93,8 @@ def _connect(
 
 
 def _add(
-    scene: Any, kind: mujoco.mjtGeom, size: Array, place: Array, rgba: Array
-) -> Any | None:
+    scene: mujoco.MjvScene, kind: mujoco.mjtGeom, size: Array, place: Array, rgba: Array
+) -> mujoco.MjvGeom | None:
     """Add a geom to a scene, unless it is full."""
     if scene.ngeom >= scene.maxgeom:
         return None

@@ -63,19 +63,18 @@ def recent_events(trace: Trace, step: int) -> list[str]:
     for record in trace.steps[:step][::-1]:
         if record.outcome.time_s < now - EVENT_S:
             break
-        lines += events(record, trace)
+        lines += events(record)
     return lines[:3]
 
 
-def events(record: StepRecord, trace: Trace) -> list[str]:
+def events(record: StepRecord) -> list[str]:
     """Return the pushes, breaks and topples of one step, in words."""
     outcome = record.outcome
-    names = [o.id for o in trace.scene.obstacles]
     return [
         *(f"BROKE {d.obstacle} at {d.force_n:.1f} N" for d in outcome.damages),
         *(f"TOPPLED {name}" for name in outcome.toppled),
         *(
-            f"push: {names[a.obstacle]} {a.evidence} at {a.force_n:.1f} N"
+            f"push: {a.obstacle} {a.evidence} at {a.force_n:.1f} N"
             for a in outcome.attempts
         ),
     ]

@@ -85,7 +85,7 @@ def _caption(playback: Playback, step: int) -> str:
     record = playback.record(step)
     if record is None:
         return f"{playback.trace.scene.name}, {playback.trace.planner}: start"
-    parts = [f"t = {record.outcome.time_s:.1f} s", *events(record, playback.trace)]
+    parts = [f"t = {record.outcome.time_s:.1f} s", *events(record)]
     if step == playback.steps:
         parts.append(f"end: {playback.trace.outcome}")
     elif len(parts) == 1:

@@ -20,6 +20,7 @@ from beacon_mj.geometry import Array
 from beacon_mj.recording.encoding import split_path
 from beacon_mj.recording.reader import Log, log_of
 from beacon_mj.recording.rebuild import rebuild_trace
+from beacon_mj.rendering.annotations import ARROW_M_PER_N, ARROW_MIN_N
 from beacon_mj.rendering.captions import describe
 from beacon_mj.rendering.colors import Paint
 from beacon_mj.rendering.files import replacing
@@ -30,8 +31,6 @@ HOLD_S = 1.5  #: How long the end stays before the replay starts again [s].
 PIECE_M = 0.05  #: Length of a piece of the way travelled [m].
 LIFT_M = 0.02  #: Height of lines above the floor [m].
 ARROW_Z_M = 0.7  #: Height of force arrows, where nothing hides them [m].
-ARROW_M_PER_N = 0.015  #: Length of a contact arrow per newton.
-ARROW_MIN_N = 1.0  #: Smallest contact force that is drawn [N].
 WAY_RGB, PATH_RGB, ARROW_RGB = (40, 46, 70), (26, 115, 217), (217, 26, 26)
 
 

@@ -12,7 +12,7 @@ from xml.sax.saxutils import escape
 import mujoco
 import numpy as np
 
-from beacon_mj.constants import CLASSES
+from beacon_mj.constants import CLASSES, CONTACT_N
 from beacon_mj.episode.trace import Trace
 from beacon_mj.errors import LogError
 from beacon_mj.geometry import Array
@@ -26,7 +26,6 @@ from beacon_mj.world.outcome import ROBOT
 PIXELS_PER_M = 100.0
 MARGIN_M = 0.25
 LEGEND_M = 0.45  #: Height of the legend below the arena.
-CONTACT_N = 1.0  #: Smallest contact force that is drawn [N].
 MARKS = {"moved": "#1a7f37", "not_moved": "#c62828", "broken": "#4a0d5c"}
 
 

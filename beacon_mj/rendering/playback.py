@@ -5,7 +5,7 @@ their true class; those not sensed yet are pale. The planned path lies on the fl
 contact forces are arrows, broken obstacles turn dark.
 """
 
-from typing import Any, Self
+from typing import Self
 
 import mujoco
 
@@ -67,11 +67,11 @@ class Playback:
         """Free the canvas."""
         self.close()
 
-    def _decorate(self, scene: Any, step: int) -> None:
+    def _decorate(self, scene: mujoco.MjvScene, step: int) -> None:
         self._paint(scene, step)
         self._marks.draw(scene, self._data, step)
 
-    def _paint(self, scene: Any, step: int) -> None:
+    def _paint(self, scene: mujoco.MjvScene, step: int) -> None:
         """Recolour the geoms of all obstacles."""
         colours = self.obstacle_colours(step)
         for k in range(scene.ngeom):

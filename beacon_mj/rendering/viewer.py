@@ -59,7 +59,7 @@ class _Show:
                 self._draw(window, self._scrubber.step)
                 time.sleep(FRAME_S)
 
-    def _aim(self, camera: Any) -> None:
+    def _aim(self, camera: mujoco.MjvCamera) -> None:
         """Look at the whole workspace."""
         wanted = camera_over(self._log.scene.workspace_m)
         camera.lookat[:] = wanted.lookat

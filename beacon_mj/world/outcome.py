@@ -67,7 +67,7 @@ class StepOutcome:
         drive_effort: Drive force over its limit, in [0, 1].
         actuator_work_j: Work of the drives during the step [J].
         contacts: Every obstacle contact of the step.
-        attempts: Push attempts that ended with evidence.
+        attempts: Push attempts that ended with evidence, and what broke without one.
         displacements: Obstacles that travelled more than 0.1 mm.
         damages: Obstacles that broke.
         toppled: Obstacles that fell over.
@@ -85,3 +85,16 @@ class StepOutcome:
     displacements: tuple[Displacement, ...]
     damages: tuple[Damage, ...]
     toppled: tuple[str, ...]
+
+    @property
+    def own_attempts(self) -> tuple[AttemptEnd, ...]:
+        """The attempts in which the robot touched the obstacle itself.
+
+        The others are obstacles that something else broke, with no attempt on them.
+        """
+        by_robot = {d.obstacle for d in self.damages if d.counterpart == ROBOT}
+        return tuple(
+            a
+            for a in self.attempts
+            if a.evidence != "broken" or a.ended_s > a.began_s or a.obstacle in by_robot
+        )

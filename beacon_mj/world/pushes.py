@@ -12,18 +12,18 @@ bound on its breakaway force, 1.1 to 1.8 times mu m g depending on the speed of 
 What comes after it is inertia. The force of `not_moved` is what it held in the end.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from beacon_mj.constants import CONTACT_N, MOVED_M
 from beacon_mj.geometry import Array
 from beacon_mj.interface import Evidence
 from beacon_mj.jit import kernel
 from beacon_mj.world.contacts import FILTERED, FX, FY
 
-CONTACT_N = 1.0  #: Filtered force above which bumper and obstacle are in contact [N].
-MOVED_M = 0.010  #: Travel that counts as moved [m].
 SLIP_M = 0.0002  #: Travel up to which the force is still that of breaking away [m].
 SATURATION = 0.9  #: Share of the drive's limit that counts as pushing with all force.
 SATURATED_S = 0.3  #: Time at saturation after which the obstacle did not move [s].
@@ -39,9 +39,17 @@ _RESULTS: dict[int, Evidence] = {1: "moved", 2: "not_moved", 3: "broken"}
 
 @dataclass(frozen=True, slots=True)
 class AttemptEnd:
-    """One attempt that left evidence: obstacle index, evidence, force, times."""
+    """One attempt that left evidence.
 
-    obstacle: int
+    Attributes:
+        obstacle: Obstacle id.
+        evidence: How it ended.
+        force_n: The force that this is evidence of [N]; see the module.
+        began_s: When it began, simulation time [s].
+        ended_s: When its evidence was complete [s].
+    """
+
+    obstacle: str
     evidence: Evidence
     force_n: float
     began_s: float
@@ -51,9 +59,10 @@ class AttemptEnd:
 class PushMonitor:
     """Watches the push attempts of one episode."""
 
-    def __init__(self, obstacles: int, force_max_n: float) -> None:
-        """Watch `obstacles` bodies, pushed with at most `force_max_n` [N]."""
-        self.table = np.zeros((obstacles, COLUMNS))
+    def __init__(self, obstacles: Sequence[str], force_max_n: float) -> None:
+        """Watch obstacles by id, pushed with at most `force_max_n` [N]."""
+        self.table = np.zeros((len(obstacles), COLUMNS))
+        self._ids = tuple(obstacles)
         self.force_max_n = force_max_n
 
     def reset(self) -> None:
@@ -65,9 +74,9 @@ class PushMonitor:
         """Whether any obstacle is not idle."""
         return bool(self.table[:, PHASE].any())
 
-    def broke(self, obstacle: int, time_s: float, force_n: float) -> None:
+    def broke(self, index: int, time_s: float, force_n: float) -> None:
         """Note that an obstacle broke: evidence, whether or not it was pushed."""
-        row = self.table[obstacle]
+        row = self.table[index]
         if row[PHASE] != TRYING:
             row[BEGAN] = time_s
         row[[PHASE, RESULT, WHEN, LOST]] = CONCLUDED, 3.0, time_s, 0.0
@@ -83,7 +92,7 @@ class PushMonitor:
     def _end(self, i: int) -> AttemptEnd:
         row = self.table[i]
         return AttemptEnd(
-            i, _RESULTS[int(row[RESULT])], float(row[LARGEST]),
+            self._ids[i], _RESULTS[int(row[RESULT])], float(row[LARGEST]),
             float(row[BEGAN]), float(row[WHEN]),
         )  # fmt: skip
 

@@ -94,7 +94,7 @@ class World:
         self._bodies = Bodies(scene, self.model, self.data)
         self._entity = self._entities()
         self._pairs = ct.PairTable.create(n, timestep_s)
-        self._pushes = PushMonitor(n, robot.force_max_n)
+        self._pushes = PushMonitor(self._names[:n], robot.force_max_n)
         self.broken = np.zeros(n, np.bool_)
         self.reset()
 

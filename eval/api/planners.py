@@ -1,13 +1,13 @@
 """The list of planners, and what can be set in one of them."""
 
 import inspect
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from rich.table import Table
 
 from beacon_mj.errors import PlannerError
+from beacon_mj.eval.runs.overrides import flat
 from beacon_mj.planners.base import Planner
 from beacon_mj.planners.registry import ALIASES, load_planner, planner_names
 from beacon_mj.rendering.tables import Listing, Tabular, add_line, plain_table
@@ -72,7 +72,7 @@ class PlannerDescription(Tabular):
             table.add_column(heading)
         for each in self.fields:
             name = f"{self.name}.{each.name}"
-            add_line(table, name, str(each.default), each.meaning)
+            add_line(table, name, _settable(each.default), each.meaning)
         return [self.text, table]
 
 
@@ -105,23 +105,14 @@ def describe_planner(planner: str | type[Planner]) -> PlannerDescription:
         name, cls = load_planner(planner)
     else:
         name, cls = planner.__name__, planner
-    return PlannerDescription(name, inspect.getdoc(cls) or "", [*_fields(cls.Config)])
+    return PlannerDescription(name, inspect.getdoc(cls) or "", [*_fields(cls.Config())])
 
 
-def _fields(config: type[Any], prefix: str = "") -> list[PlannerField]:
-    """Return the fields of a configuration class, those of nested ones after a dot."""
-    default, notes = config(), _notes(config)
-    found = []
-    for name in getattr(default, "__dataclass_fields__", ()):
-        value = getattr(default, name)
-        if hasattr(value, "__dataclass_fields__"):
-            found += _fields(type(value), f"{prefix}{name}.")
-        else:
-            meaning = notes.get(name, "")
-            found.append(
-                PlannerField(name=prefix + name, default=value, meaning=meaning)
-            )
-    return found
+def _fields(config: object) -> Iterator[PlannerField]:
+    """Yield the fields of a configuration, those of nested ones after a dot."""
+    notes = _notes(config)
+    for name, value in flat(config).items():
+        yield PlannerField(name=name, default=value, meaning=notes.get(name, ""))
 
 
 def _summary(name: str) -> str:
@@ -134,8 +125,17 @@ def _summary(name: str) -> str:
     return text.partition("\n")[0]
 
 
-def _notes(config: type[object]) -> dict[str, str]:
-    """Return the `#:` comments that stand above the fields of a class."""
+def _notes(config: object) -> dict[str, str]:
+    """Return the `#:` comments above the fields of a configuration, by dotted name."""
+    notes = _comments(type(config))
+    for name in getattr(config, "__dataclass_fields__", ()):
+        inner = _notes(getattr(config, name))
+        notes |= {f"{name}.{field}": note for field, note in inner.items()}
+    return notes
+
+
+def _comments(config: type) -> dict[str, str]:
+    """Return the `#:` comments above the fields of a class."""
     try:
         lines = [line.strip() for line in inspect.getsource(config).splitlines()]
     except (OSError, TypeError):
@@ -149,3 +149,10 @@ def _notes(config: type[object]) -> dict[str, str]:
             notes[line.partition(":")[0]] = comment
             comment = ""
     return notes
+
+
+def _settable(value: object) -> str:
+    """Return a value as --set takes it."""
+    if isinstance(value, tuple | list | frozenset | set):
+        return f"[{','.join(str(each) for each in value)}]"
+    return str(value).lower() if isinstance(value, bool) else str(value)

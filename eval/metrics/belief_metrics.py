@@ -67,7 +67,7 @@ def mean_log_loss(chosen: Iterable[History], report: int) -> float | None:
 def pushed(trace: Trace, known: Mapping[str, History]) -> list[History]:
     """Return the histories of obstacles that a push attempt left evidence about."""
     names = {
-        trace.scene.obstacles[attempt.obstacle].id
+        attempt.obstacle
         for record in trace.steps
         for attempt in record.outcome.attempts
     }

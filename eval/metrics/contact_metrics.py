@@ -4,13 +4,12 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
+from beacon_mj.constants import CONTACT_N, MOVED_M
 from beacon_mj.episode.trace import Trace
 from beacon_mj.scene import Obstacle
 from beacon_mj.world.outcome import ROBOT, PairForce
 
-CONTACT_N = 1.0  #: Filtered force above which bumper and obstacle are in contact [N].
 PAUSE_S = 0.5  #: Time without contact after which a contact is a new event [s].
-MOVED_M = 0.010  #: Travel over the episode that counts as moved [m].
 
 
 class Travel(NamedTuple):
@@ -116,14 +115,7 @@ def pushes(trace: Trace) -> int:
 
     An obstacle that another one broke, with no attempt on it, is no push.
     """
-    by_robot = _broken_by_robot(trace)
-    return sum(
-        attempt.evidence != "broken"
-        or attempt.ended_s > attempt.began_s
-        or trace.scene.obstacles[attempt.obstacle].id in by_robot
-        for record in trace.steps
-        for attempt in record.outcome.attempts
-    )
+    return sum(len(record.outcome.own_attempts) for record in trace.steps)
 
 
 def failed_pushes(trace: Trace) -> int:
@@ -143,12 +135,3 @@ def broken(trace: Trace) -> int:
 def toppled(trace: Trace) -> int:
     """Return the number of obstacles that fell over."""
     return len({name for r in trace.steps for name in r.outcome.toppled})
-
-
-def _broken_by_robot(trace: Trace) -> set[str]:
-    return {
-        d.obstacle
-        for record in trace.steps
-        for d in record.outcome.damages
-        if d.counterpart == ROBOT
-    }

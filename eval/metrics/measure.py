@@ -8,7 +8,7 @@ from beacon_mj.episode.trace import Trace
 from beacon_mj.errors import LogError
 from beacon_mj.eval.metrics import belief_metrics, contact_metrics, published_scores
 from beacon_mj.eval.metrics.row import Row
-from beacon_mj.geometry import Array
+from beacon_mj.geometry import Array, segment_lengths
 
 ROLLING_JPM = 2.0  #: kappa_d of bare rolling resistance, for `energy_rolling_j` [J/m].
 
@@ -104,7 +104,7 @@ def positions_m(trace: Trace) -> Array:
 
 def path_length_m(positions: Array) -> float:
     """Return L = sum_t ||x_{t+1} - x_t|| [m] (paper App. B)."""
-    return math.fsum(np.hypot(*np.diff(positions, axis=0).T))
+    return math.fsum(segment_lengths(positions))
 
 
 def sensed_obstacles(trace: Trace) -> int:

@@ -22,6 +22,7 @@ from beacon_mj.eval.report.episodes import (
     reasons,
     replay,
 )
+from beacon_mj.eval.runs.overrides import dotted
 from beacon_mj.eval.runs.run_folder import TABLE
 from beacon_mj.eval.statistics.compare import Comparison, compare_pairs
 from beacon_mj.eval.statistics.pairing import (
@@ -146,7 +147,7 @@ def _facts(run: Results, rows: Sequence[Row]) -> dict[str, Any]:
         "digest": hashlib.sha256("".join(hashes).encode()).hexdigest(),
         "versions": config.versions,
         "protocol": msgspec.to_builtins(config.protocol),
-        "configs": {entry.name: entry.config for entry in config.planners},
+        "configs": {entry.name: dotted(entry.config) for entry in config.planners},
         "command": command_of(config),
     }
 

@@ -16,7 +16,7 @@ KINDS = (
 )
 
 
-class Cell(NamedTuple):
+class Number(NamedTuple):
     """A number and its interval, as text."""
 
     text: str
@@ -27,7 +27,7 @@ class Group(NamedTuple):
     """Lines of one kind: label and cells of each."""
 
     label: str
-    lines: list[tuple[str, list[Cell]]]
+    lines: list[tuple[str, list[Number]]]
 
 
 class Table(NamedTuple):
@@ -85,7 +85,7 @@ def outcomes(summary: dict[str, Any]) -> Table:
     """Return how the episodes of each planner ended, in counts."""
     total = {n: cells[OVERALL]["outcomes"] for n, cells in summary["tables"].items()}
     used = [o for o in OUTCOMES if any(counts[o] for counts in total.values())]
-    lines = [(n, [Cell(str(counts[o])) for o in used]) for n, counts in total.items()]
+    lines = [(n, [Number(str(counts[o])) for o in used]) for n, counts in total.items()]
     return Table(
         "How episodes ended", [o.replace("_", " ") for o in used], grouped(lines)
     )
@@ -112,13 +112,13 @@ def differences(found: Sequence[Comparison], family: str) -> Table:
         success = cell.rates["success"]
         cells = [
             difference(success.difference, 1, 100.0),
-            Cell(p_value(success.p_value)),
-            Cell(str(cell.costs["steps"].solved.n)),
+            Number(p_value(success.p_value)),
+            Number(str(cell.costs["steps"].solved.n)),
             *(difference(cell.costs[c].solved, digits) for _, c, digits in COSTS),
             _improvement(cell.costs["path_length_m"]),
         ]
         if family == OVERALL:
-            cells.insert(2, Cell(p_value(comparison.p_holm)))
+            cells.insert(2, Number(p_value(comparison.p_holm)))
         lines.append((comparison.first, cells))
     headings = ["success, points", "p", "both solved"]
     if family == OVERALL:
@@ -128,9 +128,9 @@ def differences(found: Sequence[Comparison], family: str) -> Table:
     return Table(f"{title(family)}, {_scenes(n)}", headings, grouped(lines))
 
 
-def grouped(lines: Iterable[tuple[str, list[Cell]]]) -> list[Group]:
+def grouped(lines: Iterable[tuple[str, list[Number]]]) -> list[Group]:
     """Return lines by kind of planner, without kinds that no planner is of."""
-    kinds: dict[str, list[tuple[str, list[Cell]]]] = {kind: [] for kind in KINDS}
+    kinds: dict[str, list[tuple[str, list[Number]]]] = {kind: [] for kind in KINDS}
     for line in lines:
         kinds[kind_of(line[0])].append(line)
     return [Group(kind, own) for kind, own in kinds.items() if own]
@@ -148,13 +148,13 @@ def title(family: str) -> str:
     return "All families" if family == OVERALL else family
 
 
-def difference(found: Difference, digits: int, scale: float = 1.0) -> Cell:
+def difference(found: Difference, digits: int, scale: float = 1.0) -> Number:
     """Return a signed difference with its interval."""
     if found.estimate is None:
-        return Cell(NOTHING)
+        return Number(NOTHING)
     form = f"+.{digits}f"
     interval = _interval(found.low, found.high, form, scale)
-    return Cell(_signed(scale * found.estimate, form), interval)
+    return Number(_signed(scale * found.estimate, form), interval)
 
 
 def p_value(value: float) -> str:
@@ -162,45 +162,45 @@ def p_value(value: float) -> str:
     return "< 0.001" if value < 0.001 else f"{value:.3f}"
 
 
-def percent(rate: dict[str, Any], digits: int = 1) -> Cell:
+def percent(rate: dict[str, Any], digits: int = 1) -> Number:
     """Return a rate in percent with its interval."""
     if rate["rate"] is None:
-        return Cell(NOTHING)
+        return Number(NOTHING)
     interval = _interval(rate["low"], rate["high"], f".{digits}f", 100.0)
-    return Cell(f"{100.0 * rate['rate']:.{digits}f}", interval)
+    return Number(f"{100.0 * rate['rate']:.{digits}f}", interval)
 
 
 def _scenes(n: int) -> str:
     return f"{n} scene{'s' if n != 1 else ''}"
 
 
-def _rates(cell: dict[str, Any]) -> list[Cell]:
+def _rates(cell: dict[str, Any]) -> list[Number]:
     won = cell["success"]
     return [
-        Cell(f"{won['count']}/{won['n']}"),
+        Number(f"{won['count']}/{won['n']}"),
         percent(won),
         percent(cell["clean_success"]),
     ]
 
 
-def _means(cell: dict[str, Any]) -> list[Cell]:
+def _means(cell: dict[str, Any]) -> list[Number]:
     return [mean(cell[over][column], digits) for _, over, column, digits in MEANS]
 
 
-def mean(cell: dict[str, Any], digits: int) -> Cell:
+def mean(cell: dict[str, Any], digits: int) -> Number:
     """Return a mean with its interval."""
     if cell["mean"] is None:
-        return Cell(NOTHING)
+        return Number(NOTHING)
     form = f".{digits}f"
-    return Cell(
+    return Number(
         f"{cell['mean']:{form}}", _interval(cell["low"], cell["high"], form, 1.0)
     )
 
 
-def _improvement(cost: Cost) -> Cell:
+def _improvement(cost: Cost) -> Number:
     found: Improvement = cost.improvement
     interval = _interval(found.low, found.high, ".0f", 100.0)
-    return Cell(f"{100.0 * found.probability:.0f}", interval)
+    return Number(f"{100.0 * found.probability:.0f}", interval)
 
 
 def _interval(low: float | None, high: float | None, form: str, scale: float) -> str:

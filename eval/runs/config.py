@@ -16,6 +16,7 @@ from beacon_mj.eval.runs.shards import Shard, share
 from beacon_mj.scene import Profile, Scene
 from beacon_mj.scene.files import load_scene
 from beacon_mj.scene_gen.family import family_paths, family_sha256, load_family
+from beacon_mj.scene_gen.own_layouts import find_layout
 from beacon_mj.scene_gen.perception import perceive
 
 Logging = Literal["all", "failures", "none"]
@@ -104,7 +105,14 @@ def generated_scenes(
     """
     names = dict.fromkeys(families or family_paths(templates))
     for name in names:
-        load_family(name, templates)
+        find_layout(load_family(name, templates))
+    return _hashed_scenes([*names], scenes_per_family, templates)
+
+
+def _hashed_scenes(
+    names: Sequence[str], scenes_per_family: int, templates: Path | None
+) -> tuple[dict[str, str], list[SceneRef]]:
+    """Return the same of families that are there, without running any layout's code."""
     hashes = {name: family_sha256(name, templates) for name in names}
     return hashes, [SceneRef(n, i) for n in names for i in range(scenes_per_family)]
 
@@ -152,7 +160,7 @@ def scene_refs(config: RunConfig) -> tuple[dict[str, str], list[SceneRef]]:
         hashes, refs = stored_scenes(Path(config.scene_dir), names, count)
     else:
         templates = None if config.templates is None else Path(config.templates)
-        hashes, refs = generated_scenes(names, count or 0, templates)
+        hashes, refs = _hashed_scenes(names, count or 0, templates)
     return hashes, share(refs, config.shard)
 
 

@@ -1,8 +1,9 @@
 """What the parts of a planner are worth: switched off one at a time, scene by scene.
 
-A *switch* is a field of the planner's configuration that is true by default. In every
-*situation* (what is perceived, and how far) the whole planner crosses the scenes, and
-each variant with one switch off. Costs are paired by scene within the situation:
+A *switch* is a field of the planner's configuration, or of one that it holds, that is
+true by default. In every *situation* (what is perceived, and how far) the whole planner
+crosses the scenes, and each variant with one switch off. Costs are paired by scene
+within the situation:
 
     effect = c(variant) - c(whole planner)
 
@@ -28,6 +29,7 @@ from beacon_mj.eval.runs.experiment import (
 )
 from beacon_mj.eval.runs.jobs import Handovers
 from beacon_mj.eval.runs.lineup import PlannerChoice
+from beacon_mj.eval.runs.overrides import dotted, flat
 from beacon_mj.eval.runs.progress import Progress
 from beacon_mj.eval.runs.runner import NOBODY
 from beacon_mj.eval.runs.variants import Values, variant
@@ -69,7 +71,7 @@ class Effect(msgspec.Struct, frozen=True, kw_only=True):
     Attributes:
         family: The family, or `overall`.
         situation: A key of `SITUATIONS`.
-        variant: What is switched off, such as `update_belief`; empty for nothing.
+        variant: What is switched off, such as `predict_cascades`; empty for nothing.
         scenes: Scenes crossed.
         success: Episodes that reached the goal.
         clean: Those of them in which nothing broke.
@@ -89,15 +91,14 @@ class Effect(msgspec.Struct, frozen=True, kw_only=True):
 
 
 def switches(planner: str | type[Planner]) -> tuple[str, ...]:
-    """Return the fields of a planner's configuration that are true by default.
+    """Return the dotted fields of a planner's configuration that are true by default.
 
     Raises:
         PlannerError: If there is no such planner.
     """
     cls = load_planner(planner)[1] if isinstance(planner, str) else planner
-    config = cls.Config()
-    names = getattr(config, "__dataclass_fields__", {})
-    return tuple(name for name in names if getattr(config, name) is True)
+    values = flat(cls.Config())
+    return tuple(name for name, value in values.items() if value is True)
 
 
 def ablation_runs(
@@ -130,7 +131,8 @@ def _variants(
     whole: PlannerEntry, protocol: Protocol, handed: Handovers
 ) -> tuple[PlannerEntry, ...]:
     cls = handed[whole.name].cls if whole.name in handed else None
-    off = [s for s in switches(cls or whole.spec) if whole.config[s]]
+    values = dotted(whole.config)
+    off = [switch for switch in switches(cls or whole.spec) if values[switch]]
     lesser = (variant(whole, {s: "false"}, protocol, cls) for s in off)
     return (whole, *lesser)
 

@@ -16,7 +16,7 @@ from beacon_mj.eval.runs.runner import plan, run_jobs
 from beacon_mj.eval.runs.versions import versions
 from beacon_mj.scene.files import load_scene
 
-ORACLE = "clairvoyant"
+ORACLE = "clairvoyant"  #: Who proves what can be done.
 CLEAN = "clean"  #: The verdict on a scene that was solved without damage.
 
 

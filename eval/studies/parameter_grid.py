@@ -9,11 +9,12 @@ import msgspec
 from beacon_mj.episode.protocol import Protocol
 from beacon_mj.errors import RunError
 from beacon_mj.eval.runs.config import PlannerEntry
-from beacon_mj.eval.runs.overrides import field_names
+from beacon_mj.eval.runs.overrides import flat
 from beacon_mj.eval.runs.variants import PROTOCOL, setting_of, text_of, variant
 from beacon_mj.planners.registry import load_planner
 
 Grid = Literal["one-at-a-time", "full"]
+#: What some fields of one planner are set to, as text, by field.
 Changes = Mapping[str, str]
 
 
@@ -21,7 +22,7 @@ class Swept(NamedTuple):
     """One line of Table I.
 
     Attributes:
-        field: Field of the planner's configuration.
+        field: Dotted field of the planner's configuration.
         default: The paper's default.
         values: All values, the default among them.
     """
@@ -35,7 +36,7 @@ class Swept(NamedTuple):
 #: default of 0 stands for.
 TABLE_I = (
     Swept("robot_radius_m", "0.12", ("0.12", "0.45")),
-    Swept("w_e", "1.0", ("0.5", "1.0", "1.5")),
+    Swept("weights.w_e", "1.0", ("0.5", "1.0", "1.5")),
     Swept("lambda_occ", "5.0", ("2.5", "5.0", "7.5")),
     Swept("lambda_sem", "2.5", ("1.5", "2.5", "3.5")),
     Swept("push_bias", "0.35", ("0.20", "0.35", "0.50")),
@@ -51,7 +52,7 @@ def swept(spec: str) -> tuple[Swept, ...]:
         PlannerError: If there is no such planner.
     """
     name, cls = load_planner(spec)
-    known = field_names(cls.Config)
+    known = flat(cls.Config())
     found = tuple(line for line in TABLE_I if line.field in known)
     if not found:
         raise RunError(

@@ -8,9 +8,11 @@ that knows more or less, scene by scene:
                + [c(near) - c(told)]         price of unknown geometry
                + [c(uncertain) - c(near)]    price of unknown class
 
-* told: perceives true classes and materials, and senses everything from the start;
-* near: true classes, but only what is within the protocol's sensing radius;
-* uncertain: the same radius, and the perception profile under test.
+* told: perceives true classes and materials, and senses everything from the start,
+  exactly: `Protocol.certain`;
+* near: true classes, but only what the protocol's sensor tells, with its range, its
+  occlusion, its missed detections and its noise;
+* uncertain: the same sensor, and the perception profile under test.
 
 Only scenes that all four solved count; how many these are is part of the answer.
 """
@@ -34,10 +36,9 @@ from beacon_mj.eval.runs.runner import NOBODY, plan, run_jobs
 from beacon_mj.eval.runs.variants import Values
 from beacon_mj.eval.statistics.intervals import Interval, mean_interval, paired_interval
 from beacon_mj.eval.statistics.summary import OVERALL
+from beacon_mj.eval.studies.certify import ORACLE
 from beacon_mj.scene import Profile
 
-ORACLE = "clairvoyant"
-EVERYTHING_M = 100.0  #: Sensing radius beyond every workspace [m].
 LEVELS = ("told", "near", "uncertain")
 #: The parts of the regret: which run less which other one.
 PARTS = {
@@ -98,11 +99,10 @@ def regret_runs(
         templates=templates,
     )
     replace = msgspec.structs.replace
-    everything = replace(base.protocol, sensing_radius_m=EVERYTHING_M)
     oracle = replace(base, planners=planner_entries([ORACLE], ())[0])
     return {
         ORACLE: oracle,
-        "told": replace(base, protocol=everything),
+        "told": replace(base, protocol=base.protocol.certain()),
         "near": base,
         "uncertain": replace(base, perception=perception),
     }, refs

@@ -13,7 +13,7 @@ wall is a boundary like any other.
 
 from abc import abstractmethod
 from dataclasses import dataclass
-from typing import ClassVar, Literal
+from typing import Literal
 
 import numpy as np
 
@@ -54,7 +54,7 @@ class BugConfig:
         expect_between("tolerance_m", self.tolerance_m, 0.0005, self.margin_m)
 
 
-class BoundaryPlanner(Planner):
+class BoundaryPlanner(Planner[BugConfig]):
     """Motion to the goal until a hit, then whatever the subclass does there.
 
     Subclasses say which way to go along the boundary, and what follows at the end of
@@ -62,8 +62,7 @@ class BoundaryPlanner(Planner):
     the robot heads for the goal on the straight line from there.
     """
 
-    Config: ClassVar[type[BugConfig]] = BugConfig
-    config: BugConfig
+    Config = BugConfig
 
     def reset(self, task: Task) -> None:
         """Forget everything and head for the goal from the start."""
@@ -80,13 +79,9 @@ class BoundaryPlanner(Planner):
 
     def act(self, observation: Observation) -> Command:
         """Follow the present path, and turn to the next one at its end."""
-        away = self._recovery.velocity(observation)
-        if self._recovery.exhausted:
-            return give_up(f"Got stuck {self._recovery.stalls} times.")
-        if away is not None:
-            reason = "No progress: away from what is near."
-            info = PlannerInfo(action="back_off", reason=reason)
-            return Command(velocity_mps=away, info=info)
+        recovery = self._recovery.command(observation)
+        if recovery is not None:
+            return recovery
         replanned = self._update(observation)
         tracking = self._track(observation)
         for _ in range(_MAX_TURNS):

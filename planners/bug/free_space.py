@@ -12,7 +12,7 @@ import math
 import numpy as np
 import shapely
 
-from beacon_mj.geometry import Array, Footprints, signed_distance
+from beacon_mj.geometry import Array, Footprints, segment_lengths, signed_distance
 from beacon_mj.jit import kernel
 
 #: Facets per quarter circle of the dilated footprints: 0.2 mm off at 0.14 m.
@@ -30,9 +30,7 @@ class Contour:
     def __init__(self, points: Array) -> None:
         """Take over a closed ring of points."""
         self.points = points
-        self._arc = np.concatenate(
-            [[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))]
-        )
+        self._arc = np.concatenate([[0.0], np.cumsum(segment_lengths(points))])
         self.length_m = float(self._arc[-1])
 
     def project(self, point: Array) -> float:

@@ -3,6 +3,7 @@
 Vectors are ordered as `CLASSES`: safe, movable, fragile.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -11,6 +12,7 @@ from beacon_mj.constants import CLASSES, InteractionClass
 from beacon_mj.errors import PlannerError
 from beacon_mj.geometry import Array
 from beacon_mj.interface import Evidence, Probabilities, PushEvidence, SensedObstacle
+from beacon_mj.planners.checks import expect, expect_all_between, expect_between
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -22,8 +24,11 @@ class Likelihoods:
     ones are light, and some break when pushed. For each class the three sum to one.
     """
 
+    #: Probability that a safe, movable, fragile one gives way.
     moved: Probabilities = (0.03, 0.90, 0.75)
+    #: The same that it does not.
     not_moved: Probabilities = (0.965, 0.095, 0.05)
+    #: The same that it breaks.
     broken: Probabilities = (0.005, 0.005, 0.20)
 
     def __post_init__(self) -> None:
@@ -32,12 +37,17 @@ class Likelihoods:
         Raises:
             PlannerError: If a probability is out of range or they do not sum to one.
         """
-        table = np.array([self.moved, self.not_moved, self.broken])
-        if (table <= 0.0).any() or np.abs(table.sum(axis=0) - 1.0).max() > 1e-9:
-            raise PlannerError(
-                "Expected the likelihoods of each class to be positive and sum to one "
-                f"but they were {table.T.tolist()}."
-            )
+        for name in self.__slots__:
+            values = getattr(self, name)
+            expect_all_between(name, values, 3, 0.0, 1.0)
+            expect(name, values, "positive", min(values) > 0.0)
+        total = np.array([self.moved, self.not_moved, self.broken]).sum(axis=0)
+        expect(
+            "moved",
+            self.moved,
+            "such that moved, not_moved and broken sum to one in each class",
+            bool(np.abs(total - 1.0).max() <= 1e-9),
+        )
 
     def of(self, evidence: Evidence) -> Array:
         """Return P(evidence | c), shape (3,)."""
@@ -46,6 +56,32 @@ class Likelihoods:
                 evidence
             ]
         )
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class BeliefSettings:
+    """What a planner learns from its pushes, and when that makes it think again."""
+
+    #: Whether contact evidence updates the belief (an ablation).
+    update_belief: bool = True
+    #: Whether a changed belief triggers replanning (an ablation).
+    replan_on_belief: bool = True
+    #: L1 change of a belief that triggers replanning (epsilon_b).
+    threshold: float = 0.05
+    #: P(e | c), what a push is expected to show.
+    likelihoods: Likelihoods = Likelihoods()
+
+    def __post_init__(self) -> None:
+        """Check the ranges.
+
+        Raises:
+            PlannerError: If a field is out of range.
+        """
+        expect_between("threshold", self.threshold, 0.0, 2.0)
+
+    def calls_for_replanning(self, change_l1: float) -> bool:
+        """Whether |b' - b|_1 > epsilon_b (paper II.H)."""
+        return self.replan_on_belief and change_l1 > self.threshold
 
 
 def prior(scores: Probabilities) -> Array:
@@ -78,16 +114,15 @@ class BeliefMap:
     """Beliefs about all sensed obstacles, and bounds on the forces they need.
 
     Attributes:
-        likelihoods: P(e | c).
-        update_belief: False freezes every belief at its prior (an ablation).
+        settings: What is learned; without `update_belief` every belief stays at its
+            prior, and no bound is kept.
         beliefs: Class probabilities by obstacle id.
         at_least_n: Force that is known not to move an obstacle [N].
         at_most_n: Force that is known to move it [N].
         version: Grows whenever a belief or a bound changes.
     """
 
-    likelihoods: Likelihoods = field(default_factory=Likelihoods)
-    update_belief: bool = True
+    settings: BeliefSettings = field(default_factory=BeliefSettings)
     beliefs: dict[str, Probabilities] = field(default_factory=dict)
     at_least_n: dict[str, float] = field(default_factory=dict)
     at_most_n: dict[str, float] = field(default_factory=dict)
@@ -102,10 +137,11 @@ class BeliefMap:
 
     def learn(self, evidence: PushEvidence) -> float:
         """Update from one push attempt; return the L1 change of the belief (II.H)."""
-        if not self.update_belief or evidence.id not in self.beliefs:
+        if not self.settings.update_belief or evidence.id not in self.beliefs:
             return 0.0
         before = np.array(self.beliefs[evidence.id])
-        after = posterior(before, self.likelihoods.of(evidence.evidence))
+        likelihood = self.settings.likelihoods.of(evidence.evidence)
+        after = posterior(before, likelihood)
         self._store(evidence.id, after)
         self._bound(evidence)
         return float(np.abs(after - before).sum())
@@ -124,6 +160,23 @@ class BeliefMap:
         force = obstacle.perceived_force_n
         force = min(force, self.at_most_n.get(obstacle.id, np.inf))
         return max(force, self.at_least_n.get(obstacle.id, 0.0))
+
+    def fragility(self, obstacles: Sequence[SensedObstacle]) -> float:
+        """Return the largest probability of being fragile among some obstacles."""
+        return max(self.probability(o.id, "fragile") for o in obstacles)
+
+    def chain_is_safe(
+        self, moved: Sequence[SensedObstacle], accepted_fragile: float
+    ) -> bool:
+        """Whether no likely-fragile obstacle is in a chain reaction (paper II.G).
+
+        Args:
+            moved: What would move, the pushed obstacle first. It is struck as well
+                as soon as it reaches another. What is broken breaks no more.
+            accepted_fragile: Probability of being fragile that is accepted.
+        """
+        whole = [obstacle for obstacle in moved if not obstacle.broken]
+        return len(moved) < 2 or not whole or self.fragility(whole) <= accepted_fragile
 
     def _store(self, obstacle_id: str, belief: Array) -> None:
         a, b, c = (float(p) for p in belief)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from beacon_mj.geometry import Array, Footprint, Footprints, signed_distance
-from beacon_mj.interface import Observation, Task
+from beacon_mj.interface import Observation, SensedObstacle, Task
 from beacon_mj.planners.contact.cost_map import Crossing
 from beacon_mj.planners.contact.push_model import Cascade, PushWorld
 
@@ -47,6 +47,10 @@ class PushPlan:
     def end_m(self) -> Array:
         """Centre of the robot after the push, shape (2,) [m]."""
         return np.asarray(self.touch_m + self.travel_m * self.direction)
+
+    def moved(self, observation: Observation) -> list[SensedObstacle]:
+        """Return what would move as it is seen now, the pushed obstacle first."""
+        return [observation.obstacles[i] for i, _ in self.cascade.moved]
 
     def lead_m(self, position: Array) -> float:
         """Return how far the robot at `position` (2,) drives until it touches [m]."""

@@ -1,11 +1,14 @@
-"""Watching a push while it goes on: is the way clear, what is about to be struck?"""
+"""Guards of a push while it goes on: is the way clear, what is about to be struck?
+
+(`beacon_mj.planners.checks` checks configurations.)
+"""
 
 import math
 
 import numpy as np
 
 from beacon_mj.geometry import Array
-from beacon_mj.interface import Observation, Task
+from beacon_mj.interface import Observation, SensedObstacle, Task
 from beacon_mj.motion.detour import FreeRoute
 from beacon_mj.planners.contact.candidates import PushPlan, nearby
 from beacon_mj.planners.contact.push_model import PushWorld
@@ -31,7 +34,9 @@ def way_is_clear(
     return free.length_m < ahead + onward + _CLEAR_SLACK_M
 
 
-def next_in_chain(observation: Observation, plan: PushPlan, task: Task) -> list[str]:
+def next_in_chain(
+    observation: Observation, plan: PushPlan, task: Task
+) -> list[SensedObstacle]:
     """Return what may move if the push goes on a little, the pushed obstacle first.
 
     What lies behind an obstacle is often seen only once the push has begun, and an
@@ -46,7 +51,7 @@ def next_in_chain(observation: Observation, plan: PushPlan, task: Task) -> list[
             0, travel, lambda i: 0.0, task.force_max_n, lambda i: False
         )
         moved |= dict.fromkeys(i for i, _ in cascade.moved)
-    return [observation.obstacles[near[i]].id for i in moved]
+    return [observation.obstacles[near[i]] for i in moved]
 
 
 def _turned(direction: Array, angle: float) -> Array:

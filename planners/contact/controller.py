@@ -10,7 +10,13 @@ from typing import Literal
 import numpy as np
 
 from beacon_mj.geometry import Array
-from beacon_mj.interface import Observation, SensedObstacle, Task
+from beacon_mj.interface import (
+    Action,
+    Observation,
+    PushEvidence,
+    SensedObstacle,
+    Task,
+)
 from beacon_mj.motion.path_tracking import follow
 from beacon_mj.motion.visibility_graph import shortest_path
 from beacon_mj.planners.contact.candidates import PushPlan, segment_is_clear
@@ -61,6 +67,28 @@ class PushController:
             "back_off": self._back_off,
         }.get(self.phase)
         return np.zeros(2) if step is None else step(observation)
+
+    @property
+    def action(self) -> Action:
+        """What the robot is doing, in the words of a log."""
+        if self.phase == "push":
+            return "push"
+        return "back_off" if self.phase == "back_off" else "approach"
+
+    @property
+    def ended(self) -> bool:
+        """Whether there is nothing left to do."""
+        return self.phase in ("done", "failed")
+
+    def stop(self, reason: str) -> None:
+        """End here: a push that has begun is done, one that has not failed."""
+        self.phase = "done" if self.phase == "push" else "failed"
+        self.reason = reason
+
+    def learn(self, evidence: PushEvidence) -> None:
+        """Back off from what did not move."""
+        if evidence.evidence == "not_moved" and evidence.id == self.plan.id:
+            self.abort("it did not move")
 
     def abort(self, reason: str) -> None:
         """Stop pushing and back off."""

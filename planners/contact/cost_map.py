@@ -40,7 +40,6 @@ class ContactMap:
 
     Attributes:
         path: The last path, shape (m, 2) [m], or None.
-        expansions: Vertices expanded by the last `plan`.
     """
 
     def __init__(self, task: Task, cell_m: float, radius_m: float) -> None:
@@ -49,7 +48,11 @@ class ContactMap:
         self._radius_m = radius_m
         self._covers: dict[int, tuple[object, Cells, Array]] = {}
         self.path: Array | None = None
-        self.expansions = 0
+
+    @property
+    def expansions(self) -> int:
+        """Vertices expanded since it was built."""
+        return self._route.expansions
 
     def plan(self, observation: Observation, costs: Mapping[int, float]) -> None:
         """Plan from where the robot is.
@@ -65,7 +68,6 @@ class ContactMap:
             extra[cells] = np.maximum(extra[cells], cost * share)
         blocking = _without(observation.footprints, list(costs))
         self.path = self._route.plan(observation.position_m, blocking, extra)
-        self.expansions = self._route.last_expansions
 
     def crossing(
         self, observation: Observation, costs: Mapping[int, float]

@@ -17,6 +17,9 @@ class TravelTimes:
 
     Space that was never in range costs a premium: among obstacles the free-space
     assumption is optimistic, and a barrier seldom ends where sight does.
+
+    Attributes:
+        expansions: Vertices expanded since it was built.
     """
 
     def __init__(self, task: Task, unknown_premium: float) -> None:
@@ -33,6 +36,7 @@ class TravelTimes:
         self._field = ClearanceField(self._grid, self._inflation_m)
         self._unknown = np.ones(self._grid.size)
         self._seconds = np.zeros(self._grid.size)
+        self.expansions = 0
 
     def note_range(self, position: Array) -> None:
         """Remember what is in range of a position, shape (2,) [m]."""
@@ -46,7 +50,9 @@ class TravelTimes:
         blocked = self._field.values < self._inflation_m
         cost = np.where(blocked, np.inf, self._premium * self._unknown)
         goal = self._nearest_free(self._task.goal_m, ~blocked)
-        metres = dijkstra(cost.reshape(grid.rows, grid.cols), grid.cell_m, goal)
+        shape = grid.rows, grid.cols
+        metres, expansions = dijkstra(cost.reshape(shape), grid.cell_m, goal)
+        self.expansions += expansions
         self._seconds = metres.ravel() / self._task.speed_mps
 
     def from_point(self, point: Array) -> float:

@@ -1,17 +1,28 @@
 """Push or go round: the comparison, and what a log says of it."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import islice
 
+from beacon_mj.motion.detour import FreeRoute
 from beacon_mj.planners.contact.candidates import PushPlan
 
 Terms = Mapping[str, float]
+MOST_OPTIONS = 3  #: Obstacles whose pushes are compared in one decision.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Decision:
-    """Push or detour, and what was compared; `plan` is None for the detour."""
+    """Push or detour, and what was compared.
+
+    Attributes:
+        plan: The push, None for the detour.
+        cost_push: Cost of the best push, in the policy's own unit; infinite for none.
+        cost_detour: Cost of the way round in the same; infinite if there is none.
+        terms: Named terms of the cost of what was chosen, for the log.
+        reason: One short sentence, for the log.
+    """
 
     plan: PushPlan | None
     cost_push: float
@@ -45,3 +56,26 @@ def decide(
         return Decision(plan, c_push, c_detour, terms, reason)
     reason = f"Go round: {c_detour:.2f} against {c_push:.2f} for the push."
     return Decision(None, c_push, c_detour, way or {}, reason)
+
+
+def decide_in_turn(
+    options: Iterator[list[PushPlan]],
+    detour: FreeRoute,
+    compare: Callable[[list[PushPlan]], Decision],
+) -> Decision | None:
+    """Compare the pushes of a few obstacles at a time until there is a way to go on.
+
+    Args:
+        options: The pushes of each obstacle that may be pushed, best way first.
+        detour: The way round; where there is one, the first comparison decides.
+        compare: Chooses among the pushes of `MOST_OPTIONS` obstacles and the detour.
+
+    Returns:
+        The last decision, None if there is no push at all.
+    """
+    decision = None
+    while plans := [plan for few in islice(options, MOST_OPTIONS) for plan in few]:
+        decision = compare(plans)
+        if decision.plan is not None or detour.path is not None:
+            break
+    return decision

@@ -1,11 +1,11 @@
 """How fast and how hard a push may be, by what may break."""
 
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
 from beacon_mj.interface import SensedObstacle, Task
+from beacon_mj.planners.checks import expect_between
 from beacon_mj.planners.contact.push_model import gentle_speed_mps
 
 #: Probability of being fragile below which nothing is expected to break.
@@ -32,24 +32,34 @@ class PushLimits:
     force_limit_n: float = float("inf")
 
 
-class Care(Protocol):
-    """How careful a planner is: the fields of its configuration that say so."""
+@dataclass(frozen=True, kw_only=True, slots=True)
+class PushSettings:
+    """How fast a planner pushes, and how careful it is where something may break."""
 
-    @property
-    def gentle_force_n(self) -> float:
-        """Force that a touch may have where something may break [N]."""
+    #: Speed of a push [m/s].
+    speed_mps: float = 0.5
+    #: Touching force that is allowed where something may break [N].
+    gentle_force_n: float = 10.0
+    #: Bumper force above which a push of something that may break slows down [N].
+    fragile_force_n: float = 14.0
 
-    @property
-    def fragile_force_n(self) -> float:
-        """Bumper force above which such a push slows down [N], if it needs no more."""
+    def __post_init__(self) -> None:
+        """Check the ranges.
 
-    @property
-    def push_speed_mps(self) -> float:
-        """Speed of a push [m/s]."""
+        Raises:
+            PlannerError: If a field is out of range.
+        """
+        expect_between("speed_mps", self.speed_mps, 0.01, 5.0)
+        expect_between("gentle_force_n", self.gentle_force_n, 0.1, 1000.0)
+        expect_between("fragile_force_n", self.fragile_force_n, 0.1, 1000.0)
 
 
 def careful_limits(
-    obstacle: SensedObstacle, need_n: float, fragility: float, task: Task, care: Care
+    obstacle: SensedObstacle,
+    need_n: float,
+    fragility: float,
+    task: Task,
+    settings: PushSettings,
 ) -> PushLimits:
     """Return the limits of a push: gentle where something may break.
 
@@ -58,17 +68,17 @@ def careful_limits(
         need_n: Force that is expected to move it [N].
         fragility: Largest probability of being fragile of what would move.
         task: The robot.
-        care: How careful to be.
+        settings: How fast, and how careful, to be.
     """
     if fragility < SURE:
-        return PushLimits(touch_mps=care.push_speed_mps, push_mps=care.push_speed_mps)
+        return PushLimits(touch_mps=settings.speed_mps, push_mps=settings.speed_mps)
     mass = obstacle.density_kgm3 * obstacle.volume_m3
     gentle = gentle_speed_mps(
-        care.gentle_force_n, mass, task.mass_kg, task.bumper_stiffness_npm
+        settings.gentle_force_n, mass, task.mass_kg, task.bumper_stiffness_npm
     )
     return PushLimits(
         touch_mps=float(np.clip(gentle, *_TOUCH_MPS)),
-        push_mps=care.push_speed_mps,
+        push_mps=settings.speed_mps,
         ramp_mps2=0.5,
-        force_limit_n=max(care.fragile_force_n, _HEADROOM * need_n),
+        force_limit_n=max(settings.fragile_force_n, _HEADROOM * need_n),
     )

@@ -1,111 +1,120 @@
 """The execution loop that all contact-aware planners share (paper II.I).
 
-A planner advances along the way round; where the way through meets an obstacle that
-may be pushed, it compares pushing with going round, carries out what it chose, and
-learns from what happened. Subclasses say what may be pushed and what it costs.
+A planner advances along the way round. Where the way through meets an obstacle that
+may be pushed, its policy compares pushing with going round; the loop carries out what
+was chosen, and hands on what the bumper felt.
 """
 
 from collections.abc import Iterator
 from dataclasses import replace
-from itertools import islice
+from typing import Any, ClassVar, final
 
-from beacon_mj.geometry import Array
 from beacon_mj.interface import Action, Command, Observation, PlannerInfo, Task
 from beacon_mj.motion.detour import FreeRoute
+from beacon_mj.planners.base import C, Planner
+from beacon_mj.planners.contact.attempts import Attempts
 from beacon_mj.planners.contact.candidates import PushPlan, push_plans
 from beacon_mj.planners.contact.checks import next_in_chain, stands_free, way_is_clear
 from beacon_mj.planners.contact.controller import PushController
 from beacon_mj.planners.contact.cost_map import ContactMap, Crossing
 from beacon_mj.planners.contact.decision import Decision
 from beacon_mj.planners.contact.policy import PushPolicy
+from beacon_mj.planners.expansions import ExpansionCount
 from beacon_mj.planners.recovery import Recovery, give_up
 
 _CELL_M = 0.05  #: Grid of the way through, and of the way round [m].
 _MARGIN_M = 0.01  #: Room kept on the way round [m].
 _TIGHT_CELL_M = 0.025  #: Grid of the way round where there is no other way [m].
 _TIGHT_MARGIN_M = 0.005  #: Room kept there [m].
-_COOLDOWN_S = 3.0  #: Time for which an obstacle just pushed aside is left alone [s].
-MOST_OPTIONS = 3  #: Obstacles whose pushes are compared in one decision.
 _FIRST_M = 0.03  #: Least travel of a push before it may end because the way is clear.
-_MAX_FAILURES = 2  #: Failed pushes of one obstacle before it counts as immovable.
 
 
-class ContactPlanner(PushPolicy):
-    """Base of the planners that may touch things on purpose."""
+class ContactPlanner(Planner[C]):
+    """The loop of the planners that may touch things on purpose.
 
+    It is final: what a planner decides for itself stands in its policy, and a subclass
+    only names that. Its parameters are the policy's.
+
+    Attributes:
+        Policy: The class of the policy.
+        policy: This planner's policy.
+    """
+
+    Policy: ClassVar[type[PushPolicy[Any]]]
+
+    def __init_subclass__(cls) -> None:
+        """Take over the configuration of the policy."""
+        super().__init_subclass__()
+        if hasattr(cls, "Policy"):
+            cls.Config = cls.Policy.Config
+
+    def __init__(self, config: C | None = None) -> None:
+        """Build the planner and its policy; None for defaults."""
+        super().__init__(config)
+        self.policy = self.Policy(self.config)
+
+    @classmethod
+    def missing(cls) -> list[str]:
+        """Return what the planner, or its policy, still has to define."""
+        if not hasattr(cls, "Policy"):
+            return ["Policy"]
+        return [f"Policy.{name}" for name in sorted(cls.Policy.__abstractmethods__)]
+
+    @final
     def reset(self, task: Task) -> None:
         """Forget everything."""
-        self._task = task
-        self.beliefs = self._new_beliefs()
-        radius_m = self.planning_radius_m(task)
+        self.policy.reset(task)
+        radius_m = self.policy.planning_radius_m(task)
         checked = replace(task, radius_m=radius_m)
+        self._task = task
         self._wide = FreeRoute(checked, _CELL_M, _MARGIN_M)
         self._tight = FreeRoute(checked, _TIGHT_CELL_M, _TIGHT_MARGIN_M)
         self._free = self._wide
         self._map = ContactMap(task, _CELL_M, radius_m + _TIGHT_MARGIN_M)
+        self._count = ExpansionCount(self._wide, self._tight, self._map, self.policy)
         self._recovery = Recovery(task)
         self._controller: PushController | None = None
         self._decision: Decision | None = None
-        self._failures: dict[str, int] = {}
-        self._broken: set[str] = set()
-        self._cooldown: dict[str, float] = {}
+        self._attempts = Attempts()
         self._planned_version = -1
         self._stale = True
 
+    @final
     def act(self, observation: Observation) -> Command:
         """One pass of the execution loop."""
         self._learn(observation)
-        if self._controller is not None:
-            command = self._carry_out(self._controller, observation)
-            if command is not None:
-                return command
-        away = self._recovery.velocity(observation)
-        if self._recovery.exhausted:
-            return give_up(f"Got stuck {self._recovery.stalls} times.")
-        if away is not None:
-            return self._command(
-                away, "back_off", "No progress: away from what is near."
-            )
-        if self._recovery.ended or observation.map_version != self._planned_version:
-            self._stale = True
-        if self._stale:
-            self._choose(observation)
-        return self._proceed(observation)
+        command = self._carry_out(observation)
+        if command is None:
+            command = self._recovery.command(observation)
+        if command is None:
+            command = self._advance(observation)
+        return self._count.charge(self._explained(command))
 
     def _learn(self, observation: Observation) -> None:
-        """Take in new obstacles and the evidence of push attempts."""
-        for obstacle in observation.obstacles[len(self.beliefs.beliefs) :]:
-            self.beliefs.sight(obstacle)
-        self._broken = {o.id for o in observation.obstacles if o.broken}
+        """Hand on what is seen, and the evidence of push attempts."""
+        self.policy.observe(observation)
         for evidence in observation.evidence:
-            change = self.beliefs.learn(evidence)
-            if self.belief_changed(change):
+            if self.policy.learn(evidence):
                 self._stale = True
-            if evidence.evidence == "not_moved":
-                self._failures[evidence.id] = _MAX_FAILURES
-                controller = self._controller
-                if controller is not None and controller.plan.id == evidence.id:
-                    controller.abort("it did not move")
+            self._attempts.learn(evidence)
+            if self._controller is not None:
+                self._controller.learn(evidence)
 
-    def _carry_out(
-        self, controller: PushController, observation: Observation
-    ) -> Command | None:
-        """Go on with a push; None when it is over."""
-        name = controller.plan.id
+    def _carry_out(self, observation: Observation) -> Command | None:
+        """Go on with a push; None if there is none, or it is over."""
+        controller = self._controller
+        if controller is None:
+            return None
         if spoilt := self._spoilt(controller, observation):
-            begun = controller.phase == "push"
-            controller.phase = "done" if begun else "failed"
-            controller.reason = spoilt
+            controller.stop(spoilt)
         velocity = controller.act(observation)
-        if controller.phase not in ("done", "failed"):
-            action: Action = "push" if controller.phase == "push" else "approach"
-            if controller.phase == "back_off":
-                action = "back_off"
+        name = controller.plan.id
+        if not controller.ended:
             reason = controller.reason or self._reason
-            return self._command(velocity, action, reason, name)
-        if controller.phase == "failed":
-            self._failures[name] = self._failures.get(name, 0) + 1
-        self._cooldown[name] = observation.time_s + _COOLDOWN_S
+            info = PlannerInfo(action=controller.action, reason=reason, target=name)
+            return Command(velocity_mps=velocity, info=info)
+        failed = controller.phase == "failed"
+        self._attempts.ended(name, observation, failed=failed)
         self._controller, self._stale = None, True
         self._recovery.restart(observation)
         return None
@@ -125,130 +134,117 @@ class ContactPlanner(PushPolicy):
                 observation, plan, self._wide, self._task
             ):
                 return "the way is clear"
-            if self.predicts_cascades and not self.chain_is_safe(
+            if self.policy.predicts_cascades and not self.policy.chain_is_safe(
                 next_in_chain(observation, plan, self._task)
             ):
                 return "it would break another"
         return None
 
-    def _choose(self, observation: Observation) -> None:
-        """Plan both ways and decide."""
+    def _advance(self, observation: Observation) -> Command:
+        """Choose anew if need be, then begin a push or go on along the way round."""
+        if self._recovery.ended or observation.map_version != self._planned_version:
+            self._stale = True
+        if self._stale:
+            self._plan(observation)
+        if self._controller is not None:
+            velocity = self._controller.act(observation)
+            name = self._controller.plan.id
+            info = PlannerInfo(action="approach", reason=self._reason, target=name)
+        elif self._free.path is None:
+            return give_up("No way round, and nothing that may be pushed.")
+        else:
+            velocity = self._free.velocity(observation)
+            action: Action = "move" if self._decision is None else "detour"
+            info = PlannerInfo(action=action, reason=self._reason)
+        return Command(velocity_mps=velocity, info=info)
+
+    def _plan(self, observation: Observation) -> None:
+        """Plan both ways and decide; where all else fails, with less room."""
         self._stale, self._planned_version = False, observation.map_version
         self._decision = None
         self._free = self._wide
         self._wide.update(observation, force=self._recovery.ended)
-        if (
-            self._consider(observation, last_resort=False)
-            or self._wide.path is not None
-        ):
+        if self._choose(observation, last_resort=False) or self._wide.path is not None:
             return
         self._free = self._tight
         self._tight.update(observation, force=self._recovery.ended)
         if self._tight.path is None:
-            self._consider(observation, last_resort=True)
+            self._choose(observation, last_resort=True)
 
-    def _consider(self, observation: Observation, *, last_resort: bool) -> bool:
-        """Compare pushes on the ways through with the way round; False if none."""
+    def _choose(self, observation: Observation, *, last_resort: bool) -> bool:
+        """Let the policy decide; return whether there is now a way to go on."""
         costs = self._costs(observation, last_resort=last_resort)
-        options = self.options(observation, costs, wide=last_resort)
-        while plans := [p for option in islice(options, MOST_OPTIONS) for p in option]:
-            self._decision = self.compare(observation, plans, self._free)
-            if self._decision.plan is not None:
-                self._begin(self._decision.plan, observation)
-            if self._decision.plan is not None or self._free.path is not None:
-                return True
-        return False
+        options = self._options(observation, costs, wide=last_resort)
+        decision = self.policy.choose(observation, options, self._free)
+        if decision is None:
+            return False
+        self._decision = decision
+        if decision.plan is not None:
+            limits = self.policy.limits(observation, decision.plan)
+            self._controller = PushController(decision.plan, self._task, limits)
+        return decision.plan is not None or self._free.path is not None
 
-    def options(
+    def _options(
         self, observation: Observation, costs: dict[int, float], *, wide: bool
     ) -> Iterator[list[PushPlan]]:
         """Yield the pushes of each obstacle that the way through meets first.
 
         After each, that obstacle blocks the way, and the next best way is planned.
         """
-        costs = dict(costs)
         while costs:
             self._map.plan(observation, costs)
-            crossing = self._map.crossing(observation, costs)
-            if crossing is None:
+            if (crossing := self._map.crossing(observation, costs)) is None:
                 return
-            if plans := self._plans(observation, crossing, wide=wide):
+            if plans := self._pushes(observation, crossing, wide=wide):
                 yield plans
             del costs[crossing.index]
 
     def _costs(
         self, observation: Observation, *, last_resort: bool
     ) -> dict[int, float]:
-        """Return the cell costs of all obstacles that may be pushed now."""
-        costs = {}
+        """Return the crossing costs of all obstacles that may be pushed now."""
+        costs, blocked = {}, self._free.path is None
         for i, obstacle in enumerate(observation.obstacles):
-            if self._failures.get(obstacle.id, 0) >= _MAX_FAILURES:
+            if self._attempts.immovable(obstacle):
                 continue
-            cooling = self._cooldown.get(obstacle.id, -1.0) > observation.time_s
-            if cooling and self._free.path is not None:
+            if self._attempts.resting(obstacle, observation) and not blocked:
                 continue
-            cost = self.push_cost(observation, i)
-            if cost is None and last_resort:
-                cost = self.last_resort_cost(observation, i)
+            cost = self.policy.crossing_cost(obstacle, last_resort=last_resort)
             if cost is not None:
                 costs[i] = cost
         return costs
 
-    def _plans(
+    def _pushes(
         self, observation: Observation, crossing: Crossing, *, wide: bool
     ) -> list[PushPlan]:
-        obstacles = observation.obstacles
-
-        def fixed(i: int) -> bool:
-            return self._failures.get(obstacles[i].id, 0) >= _MAX_FAILURES
-
+        """Return the feasible pushes of the crossed obstacle."""
+        obstacles, limit_n = observation.obstacles, self._task.force_max_n
         return push_plans(
             observation,
             self._task,
             crossing,
-            lambda i: min(self.beliefs.force_n(obstacles[i]), self._task.force_max_n),
-            fixed,
-            predict=self.predicts_cascades,
+            lambda i: min(self.policy.force_n(obstacles[i]), limit_n),
+            lambda i: self._attempts.immovable(obstacles[i]),
+            predict=self.policy.predicts_cascades,
             wide=wide,
         )
-
-    def _begin(self, plan: PushPlan, observation: Observation) -> None:
-        """Begin a push."""
-        limits = self.limits(observation, plan)
-        self._controller = PushController(plan, self._task, limits)
-
-    def _proceed(self, observation: Observation) -> Command:
-        """Begin what was chosen, or go on along the way round."""
-        if self._controller is not None:
-            velocity = self._controller.act(observation)
-            name = self._controller.plan.id
-            return self._command(velocity, "approach", self._reason, name)
-        if self._free.path is None:
-            return give_up("No way round, and nothing that may be pushed.")
-        velocity = self._free.velocity(observation)
-        detour = self._decision is not None
-        return self._command(velocity, "detour" if detour else "move", self._reason)
 
     @property
     def _reason(self) -> str:
         """Why the robot does what it does."""
         return self._decision.reason if self._decision else "The way is free."
 
-    def _command(
-        self, velocity: Array, action: Action, reason: str, target: str | None = None
-    ) -> Command:
+    def _explained(self, command: Command) -> Command:
+        """Return a command with what was compared, planned and believed."""
         decision = self._decision
-        info = PlannerInfo(
-            action=action,
-            reason=reason,
-            target=target,
+        info = replace(
+            command.info,
             cost_push=None if decision is None else decision.cost_push,
             cost_detour=None if decision is None else decision.cost_detour,
             terms={} if decision is None else decision.terms,
             path_m=self._free.left() if self._controller is None else None,
-            beliefs=self.beliefs.beliefs,
+            beliefs=self.policy.beliefs.beliefs,
             replanned=self._free.replanned,
-            expansions=self._free.expansions + self._map.expansions,
         )
-        self._free.replanned, self._free.expansions, self._map.expansions = False, 0, 0
-        return Command(velocity_mps=velocity, info=info)
+        self._free.replanned = False
+        return replace(command, info=info)

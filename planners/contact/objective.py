@@ -51,12 +51,19 @@ class Weights:
     counts about one per metre of travel.
     """
 
+    #: Weight of the position term (w_p).
     w_p: float = 1.0
+    #: Weight of the risk term at full battery (w_r scale).
     w_r_scale: float = 1.0
+    #: Weight of the velocity term at full battery (w_v floor).
     w_v_floor: float = 0.05
+    #: What the velocity term gains until the battery is empty (w_v range).
     w_v_range: float = 0.1
+    #: Weight of distance, per metre (w_d).
     w_d: float = 1.0
+    #: Weight of time, per second (w_t).
     w_t: float = 0.3
+    #: Weight of contact energy (w_e).
     w_e: float = 1.0
 
     def __post_init__(self) -> None:

@@ -1,89 +1,129 @@
 """What a planner that touches things on purpose decides for itself.
 
-`beacon_mj.planners.contact.loop` is the loop that asks.
+The loop in `beacon_mj.planners.contact.loop` plans, drives and pushes. It asks a
+`PushPolicy` what may be pushed, what that costs, and whether to. A new policy defines
+three methods, and a planner that names it has nothing else to do:
+
+    class Mine(ContactPlanner[MineConfig]):
+        Policy = MyPolicy
 """
 
-from abc import abstractmethod
-from collections.abc import Sequence
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Sequence
+from typing import Any, ClassVar, Generic
 
-from beacon_mj.interface import Observation, Task
+from beacon_mj.interface import Observation, PushEvidence, SensedObstacle, Task
 from beacon_mj.motion.detour import FreeRoute
-from beacon_mj.planners.base import Planner
-from beacon_mj.planners.contact.belief import BeliefMap
+from beacon_mj.planners.base import C, NoConfig
+from beacon_mj.planners.contact.belief import BeliefMap, BeliefSettings
 from beacon_mj.planners.contact.candidates import PushPlan
 from beacon_mj.planners.contact.decision import Decision
 from beacon_mj.planners.contact.limits import PushLimits
 
 
-class PushPolicy(Planner):
-    """What may be pushed, what it costs, how fast, and which way is better.
+class PushPolicy(ABC, Generic[C]):
+    """What may be pushed, what it costs, and what was learned; no state of the loop.
+
+    Abstract are `crossing_cost`, `choose` and `limits`. In the order of an episode the
+    loop calls `reset` once; `observe` and `learn` in each step; and when plans are
+    stale `crossing_cost` for every obstacle, then `choose`, then `limits`.
 
     Attributes:
-        beliefs: Belief over each obstacle's class.
+        Config: Frozen dataclass of parameters; every field has a default.
+        config: The parameters of this policy.
+        task: The task of the episode.
+        beliefs: Class probabilities of each obstacle seen, and what pushes revealed of
+            the forces.
     """
 
-    beliefs: BeliefMap
-    _broken: set[str]
+    Config: ClassVar[type[Any]] = NoConfig
 
-    def planning_radius_m(self, task: Task) -> float:
-        """Radius with which collisions are checked [m]."""
-        return task.radius_m
+    def __init__(self, config: C | None = None) -> None:
+        """Build the policy. `config` is an instance of `Config`; None for defaults."""
+        self.config: C = self.Config() if config is None else config
+
+    def reset(self, task: Task) -> None:
+        """Forget everything and start on `task`."""
+        self.task = task
+        self.beliefs = BeliefMap(self.belief_settings)
+
+    def observe(self, observation: Observation) -> None:
+        """Take in what is seen, in every control step before anything else."""
+        for obstacle in observation.obstacles[len(self.beliefs.beliefs) :]:
+            self.beliefs.sight(obstacle)
+
+    def learn(self, evidence: PushEvidence) -> bool:
+        """Take in how a push attempt ended; return whether plans are stale."""
+        change_l1 = self.beliefs.learn(evidence)
+        return self.belief_settings.calls_for_replanning(change_l1)
 
     @abstractmethod
-    def _new_beliefs(self) -> BeliefMap:
-        """Return an empty belief map for one episode."""
+    def crossing_cost(
+        self, obstacle: SensedObstacle, *, last_resort: bool
+    ) -> float | None:
+        """Return what it costs to go right through an obstacle, None if it blocks.
 
-    @abstractmethod
-    def push_cost(self, observation: Observation, index: int) -> float | None:
-        """Return the cell cost of an obstacle that may be pushed, None if it may not.
+        Args:
+            obstacle: One that did not withstand two pushes, as it is seen now.
+            last_resort: Whether nothing else is left. A policy may then name a cost
+                for what it would rather not push.
 
-        The cost is that of going right through it, in metres per metre.
+        Returns:
+            Extra cost in metres per metre of way, >= 0.
         """
 
     @abstractmethod
-    def compare(
-        self, observation: Observation, plans: list[PushPlan], detour: FreeRoute
-    ) -> Decision:
-        """Choose among pushes and the way round (paper II.F)."""
+    def choose(
+        self,
+        observation: Observation,
+        options: Iterator[list[PushPlan]],
+        detour: FreeRoute,
+    ) -> Decision | None:
+        """Choose a push or the detour (paper II.F).
+
+        Args:
+            observation: What is known now.
+            options: The feasible pushes of one obstacle after the other, that on the
+                cheapest way through first. Each is planned when it is asked for, as if
+                those before it could not be pushed: take as many as you will compare.
+            detour: The way round. Its `path` is None where there is none, and its
+                `length_m` then infinite.
+
+        Returns:
+            The decision; None if there was no option.
+        """
 
     @abstractmethod
     def limits(self, observation: Observation, plan: PushPlan) -> PushLimits:
-        """Return how fast a push may go."""
+        """Return how fast, and how hard, a push may go."""
 
-    def last_resort_cost(self, observation: Observation, index: int) -> float | None:
-        """Return a cell cost for use when there is no other way, None for never."""
-        return None
+    def force_n(self, obstacle: SensedObstacle) -> float:
+        """Return the force that is expected to move an obstacle [N]."""
+        return self.beliefs.force_n(obstacle)
 
-    def belief_changed(self, change_l1: float) -> bool:
-        """Whether an L1 change of a belief calls for replanning (paper II.H)."""
-        return change_l1 > 0.0
+    def chain_is_safe(self, moved: Sequence[SensedObstacle]) -> bool:
+        """Whether a push may go on that is about to move all of these.
+
+        Args:
+            moved: What would move, the pushed obstacle first.
+        """
+        return True
+
+    def planning_radius_m(self, task: Task) -> float:
+        """Return the radius with which collisions are checked [m]."""
+        return task.radius_m
+
+    @property
+    def belief_settings(self) -> BeliefSettings:
+        """How beliefs are updated."""
+        return BeliefSettings()
 
     @property
     def predicts_cascades(self) -> bool:
         """Whether chain reactions are predicted before a push (paper II.G)."""
         return True
 
-    def fragility(self, observation: Observation, plan: PushPlan) -> float:
-        """Return the largest probability of being fragile of what would move."""
-        return max(
-            self.beliefs.probability(observation.obstacles[i].id, "fragile")
-            for i, _ in plan.cascade.moved
-        )
-
-    def chain_is_safe(self, moved: Sequence[str]) -> bool:
-        """Whether no likely-fragile obstacle is in a chain reaction (paper II.G).
-
-        Args:
-            moved: What would move, the pushed obstacle first. It is struck as well
-                as soon as it reaches another.
-        """
-        return len(moved) < 2 or all(
-            self.beliefs.probability(name, "fragile") <= self.accepted_fragile_chain
-            for name in moved
-            if name not in self._broken
-        )
-
     @property
-    def accepted_fragile_chain(self) -> float:
-        """Probability of being fragile up to which a chain reaction may reach it."""
-        return 1.0
+    def expansions(self) -> int:
+        """Grid vertices expanded by searches of the policy's own since `reset`."""
+        return 0

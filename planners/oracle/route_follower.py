@@ -3,7 +3,6 @@
 import math
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import ClassVar
 
 import numpy as np
 
@@ -41,14 +40,13 @@ class RouteDriverConfig:
     max_steps: int = 1000
 
 
-class RouteDriver(Planner):
+class RouteDriver(Planner[RouteDriverConfig]):
     """Follows the shortest path past what is hard, through what is soft.
 
     It gives up once anything is broken: a rehearsal with damage is of no use.
     """
 
-    Config: ClassVar[type[RouteDriverConfig]] = RouteDriverConfig
-    config: RouteDriverConfig
+    Config = RouteDriverConfig
 
     def reset(self, task: Task) -> None:
         """Start on a task."""
@@ -67,11 +65,9 @@ class RouteDriver(Planner):
             return give_up("Something broke.")
         if observation.step + self._steps_left(observation) > self.config.max_steps:
             return give_up("Too slow.")
-        away = self._recovery.velocity(observation)
-        if self._recovery.exhausted:
-            return give_up(f"Got stuck {self._recovery.stalls} times.")
-        if away is not None:
-            return Command(velocity_mps=away)
+        recovery = self._recovery.command(observation)
+        if recovery is not None:
+            return recovery
         self._plan(observation)
         if self._path is None:
             return give_up("No way, even through what may be pushed.")

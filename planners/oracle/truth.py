@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from beacon_mj.constants import InteractionClass
 from beacon_mj.geometry import Array, Footprint
-from beacon_mj.planners.base import Planner
+from beacon_mj.planners.base import C, Planner
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -82,7 +82,7 @@ class Truth:
     rehearse: Callable[[Planner], Rollout]
 
 
-class Oracle(Planner):
+class Oracle(Planner[C]):
     """A planner that is told the truth: a reference planner, never a competitor."""
 
     @abstractmethod

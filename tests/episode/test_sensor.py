@@ -6,6 +6,8 @@ from collections.abc import Iterator
 import msgspec
 import numpy as np
 import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
 
 from beacon_mj.episode.protocol import Protocol
 from beacon_mj.episode.sensor import Sensor
@@ -127,8 +129,27 @@ def test_evidence_crosses_once_and_names_the_obstacle() -> None:
     assert [(e.id, e.evidence) for e in evidence] == [("crate", "moved")]
 
 
-def test_what_breaks_out_of_range_is_not_told() -> None:
-    """The robot pushes a long beam that breaks a vase beyond the sensing radius."""
+@pytest.mark.parametrize("mass_kg", [0.1, 0.2, 1.0, 4.0])
+@pytest.mark.parametrize("options", [{"missed_detection": 0.95}, {"pose_noise_m": 0.1},
+                                     {"sensing_radius_m": 0.0}])  # fmt: skip
+def test_touch_is_told_at_once_whatever_the_eye_missed(
+    mass_kg: float, options: dict[str, float]
+) -> None:
+    """Light blocks jump off the bumper: nothing touches it when the step ends."""
+    run = Run(bench(block("crate", 0.05, mass_kg=mass_kg)), **options)
+    attempts, told = [], []
+    for _ in range(30):
+        outcome = run.world.step(np.array([0.5, 0.0]))
+        observation = run.sensor.observe(outcome, 1.0)
+        attempts.append([(a.obstacle, a.ended_s) for a in outcome.attempts])
+        told.append([(e.id, e.time_s) for e in observation.evidence])
+        assert {e.id for e in observation.evidence} <= set(ids(observation))
+    assert sum(map(len, attempts)) > 0
+    assert told == attempts
+
+
+def beam_and_vase() -> Scene:
+    """A long beam before the robot, and a vase that it will break, far off."""
     box = shapes.Box(length_m=1.2, width_m=0.2, height_m=0.25)
     beam = obstacle("beam", box, (START_M[0] + 0.8, START_M[1]), mass_kg=2.0)
     cup = shapes.Box(length_m=0.2, width_m=0.2, height_m=0.3)
@@ -139,7 +160,11 @@ def test_what_breaks_out_of_range_is_not_told() -> None:
         interaction="fragile",
         break_force_n=1.0,
     )
-    near, far = (Run(bench(beam, vase), sensing_radius_m=r) for r in (3.0, 0.3))
+    return bench(beam, vase)
+
+
+def test_what_breaks_out_of_range_is_not_told() -> None:
+    near, far = (Run(beam_and_vase(), sensing_radius_m=r) for r in (3.0, 0.3))
     told = {}
     for name, run in (("near", near), ("far", far)):
         seen = run.drive(0.3, 0.0, 30)
@@ -148,6 +173,67 @@ def test_what_breaks_out_of_range_is_not_told() -> None:
     assert told == {"near": ["vase"], "far": []}
     assert [o.broken for o in near.now.obstacles] == [False, True]
     assert ids(far.now) == ["beam"]
+
+
+@pytest.mark.parametrize(
+    "options", [{"missed_detection": 0.9}, {"occlusion": True}], ids=str
+)
+def test_what_broke_unseen_is_told_once_when_it_is_seen(
+    options: dict[str, float],
+) -> None:
+    run = Run(beam_and_vase(), sensing_radius_m=3.0, **options)
+    seen = run.drive(0.3, 0.0, 30) + run.drive(0.0, 0.5, 40)
+    assert bool(run.world.broken[1])
+    told = [(o, e) for o in seen for e in o.evidence if e.id == "vase"]
+    assert [e.evidence for _, e in told] == ["broken"]
+    (observation, evidence) = told[0]
+    assert observation.time_s > evidence.time_s + 0.1
+    vase = next(o for o in observation.obstacles if o.id == "vase")
+    assert vase.visible
+    assert vase.broken
+    after = [o for o in seen if o.time_s > evidence.time_s]
+    sights = [
+        o for o in after if any(x.id == "vase" and x.visible for x in o.obstacles)
+    ]
+    assert sights[0] is observation
+
+
+@settings(max_examples=15, deadline=None)
+@given(
+    masses=st.lists(st.sampled_from([0.1, 0.5, 2.0, 8.0]), min_size=1, max_size=3),
+    limit_n=st.sampled_from([None, 2.0, 15.0]),
+    speed=st.floats(0.1, 0.5),
+    missed=st.sampled_from([0.0, 0.5, 0.9]),
+    occlusion=st.booleans(),
+)
+@example(masses=[0.2], limit_n=None, speed=0.5, missed=0.95, occlusion=False)
+def test_evidence_is_told_once_of_known_obstacles_and_none_of_touch_late(
+    masses: list[float],
+    limit_n: float | None,
+    speed: float,
+    missed: float,
+    occlusion: bool,
+) -> None:
+    """A row of blocks is pushed and left: whatever the sensor misses."""
+    blocks = [
+        block(f"b{k}", 0.05 + 0.41 * k, mass_kg=mass, break_force_n=limit_n)
+        for k, mass in enumerate(masses)
+    ]
+    run = Run(bench(*blocks), missed_detection=missed, occlusion=occlusion)
+    happened: list[tuple[str, str, float]] = []
+    told: list[tuple[str, str, float]] = []
+    for velocity in [(speed, 0.0)] * 25 + [(-0.3, 0.2)] * 10:
+        outcome = run.world.step(np.array(velocity))
+        observation = run.sensor.observe(outcome, 1.0)
+        happened += [(a.obstacle, a.evidence, a.ended_s) for a in outcome.attempts]
+        told += [(e.id, e.evidence, e.time_s) for e in observation.evidence]
+        sensed = {o.id for o in observation.obstacles if o.visible}
+        assert {e.id for e in observation.evidence} <= sensed
+        assert {a.obstacle for a in outcome.own_attempts} <= {i for i, _, _ in told}
+    assert len(told) == len(set(told))
+    assert set(told) <= set(happened)
+    if missed == 0.0 and not occlusion:
+        assert told == happened
 
 
 def test_occlusion_hides_what_stands_behind() -> None:

@@ -75,7 +75,7 @@ class FailsToBuild(Harmless):
 
 
 class Unfinished(Planner):
-    """Has no act() and no Config."""
+    """Has no act()."""
 
     def reset(self, task: Task) -> None:
         pass

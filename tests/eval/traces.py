@@ -69,8 +69,8 @@ def force(name: str, other: str = "robot", filtered_n: float = 5.0) -> PairForce
     )  # fmt: skip
 
 
-def attempt(index: int, evidence: Evidence, began_s: float = 0.0) -> AttemptEnd:
-    return AttemptEnd(index, evidence, 9.0, began_s, 0.3)
+def attempt(name: str, evidence: Evidence, began_s: float = 0.0) -> AttemptEnd:
+    return AttemptEnd(name, evidence, 9.0, began_s, 0.3)
 
 
 def step(

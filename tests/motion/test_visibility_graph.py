@@ -10,8 +10,8 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy.sparse.csgraph import dijkstra
 
-from beacon_mj.geometry import Array, Footprint, Footprints
-from beacon_mj.motion.visibility_graph import free_at, path_length, shortest_path
+from beacon_mj.geometry import Array, Footprint, Footprints, polyline_length
+from beacon_mj.motion.visibility_graph import free_at, shortest_path
 
 BOUNDS = (0.0, 0.0, 6.0, 6.0)
 START, GOAL = np.array([0.5, 3.0]), np.array([5.5, 3.0])
@@ -71,14 +71,14 @@ def test_path_around_a_disc_is_two_tangents_and_an_arc(
     tangent = math.sqrt(half**2 - grown**2)
     arc = grown * (math.pi - 2.0 * math.acos(grown / half))
     assert path is not None
-    assert 2 * tangent + arc <= path_length(path) <= EXCESS * (2 * tangent + arc)
+    assert 2 * tangent + arc <= polyline_length(path) <= EXCESS * (2 * tangent + arc)
 
 
 def test_path_around_a_wall_turns_at_its_two_corners() -> None:
     path = solve([box(3.0, 3.0, 0.1, 1.0)], 0.01)
     assert path is not None
     expected = 2.0 * math.hypot(2.4, 1.0) + 0.2
-    assert path_length(path) == pytest.approx(expected, rel=5e-3)
+    assert polyline_length(path) == pytest.approx(expected, rel=5e-3)
 
 
 def test_no_path_through_a_gap_narrower_than_the_disc() -> None:
@@ -122,9 +122,9 @@ def test_length_is_brute_forces(obstacles: list[Footprint], clearance: float) ->
         wider = brute_force(obstacles, 1.03 * clearance + 0.01)
         assert math.isinf(wider) or wider > EXCESS * shortest
         return
-    assert shortest * (1.0 - 1e-6) <= path_length(path)
+    assert shortest * (1.0 - 1e-6) <= polyline_length(path)
     tighter = brute_force(obstacles, 1.01 * clearance + 0.002)
-    assert path_length(path) <= 1.01 * EXCESS * max(shortest, tighter)
+    assert polyline_length(path) <= 1.01 * EXCESS * max(shortest, tighter)
     clear = [stacked.segment_distance(a, b).min() for a, b in itertools.pairwise(path)]
     assert min(clear) >= clearance - 1e-8
 

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from beacon_mj.episode.run import run_episode
 from beacon_mj.errors import PlannerError
-from beacon_mj.interface import PushEvidence
-from beacon_mj.planners.beacon_voi import BeaconVoi, BeaconVoiConfig
+from beacon_mj.interface import PushEvidence, SensedObstacle
+from beacon_mj.planners.beacon_voi import BeaconVoi, BeaconVoiConfig, BeaconVoiPolicy
 from beacon_mj.planners.contact.cost_to_go import TravelTimes
 from beacon_mj.scene_gen.generate import generate_scene
 from tests.kinematics import make_task
@@ -20,42 +20,50 @@ TASK = make_task((1.0, 3.0), (5.0, 3.0))
 SEED = 4000
 
 
-def planner_with(*boxes: object) -> BeaconVoi:
-    planner = BeaconVoi()
-    planner.reset(TASK)
-    for box in boxes:
-        planner.beliefs.sight(box)  # type: ignore[arg-type]
-    return planner
+def policy_with(*boxes: SensedObstacle) -> BeaconVoiPolicy:
+    policy = BeaconVoiPolicy()
+    policy.reset(TASK)
+    policy.observe(observe((1.0, 3.0), *boxes))
+    return policy
 
 
-def box_of_force(force_n: float, safe: float) -> object:
+def box_of_force(force_n: float, safe: float) -> SensedObstacle:
     density = force_n / (0.5 * 9.81 * 0.036)
     return sensed_box("a", density=density, scores=(safe, 1.0 - safe, 0.0))
 
 
 def test_chance_at_the_limit_is_half_of_what_gives_way() -> None:
     box = box_of_force(60.0, safe=0.2)
-    planner = planner_with(box)
-    assert planner.chance(observe((1.0, 3.0), box), 0) == pytest.approx(0.4)  # type: ignore[arg-type]
+    assert policy_with(box).chance(box) == pytest.approx(0.4)
 
 
 @given(st.floats(1.0, 200.0), st.floats(0.0, 1.0))
 def test_chance_is_the_normal_tail(force: float, safe: float) -> None:
     box = box_of_force(force, safe)
-    planner = planner_with(box)
     sampled = np.random.default_rng(0).normal(math.log(force), 0.21, 4000)
     expected = (1.0 - safe) * float((sampled < math.log(60.0)).mean())
-    got = planner.chance(observe((1.0, 3.0), box), 0)  # type: ignore[arg-type]
-    assert got == pytest.approx(expected, abs=0.04)
+    assert policy_with(box).chance(box) == pytest.approx(expected, abs=0.04)
 
 
 def test_what_has_moved_once_is_a_matter_of_class_alone() -> None:
     box = box_of_force(59.0, safe=0.5)
-    planner = planner_with(box)
-    before = planner.chance(observe((1.0, 3.0), box), 0)  # type: ignore[arg-type]
-    planner.beliefs.learn(PushEvidence("a", "moved", 30.0, 1.0))
-    after = planner.chance(observe((1.0, 3.0), box), 0)  # type: ignore[arg-type]
-    assert after > 0.95 > before
+    policy = policy_with(box)
+    before = policy.chance(box)
+    assert policy.learn(PushEvidence("a", "moved", 30.0, 1.0))
+    assert policy.chance(box) > 0.95 > before
+
+
+@given(st.floats(1.0, 200.0), st.floats(0.0, 1.0))
+def test_only_what_hardly_gives_way_waits_for_the_last_resort(
+    force: float, safe: float
+) -> None:
+    box = box_of_force(force, safe)
+    policy = policy_with(box)
+    cost = policy.crossing_cost(box, last_resort=False)
+    last = policy.crossing_cost(box, last_resort=True)
+    assert last is not None
+    assert (cost is None) == (policy.chance(box) < policy.config.least_chance)
+    assert cost in (None, last)
 
 
 def test_times_over_an_empty_room_are_straight() -> None:

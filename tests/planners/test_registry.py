@@ -1,16 +1,20 @@
 """Finding planners, configuring them, and holding all of them to the contract."""
 
+import pickle
+import sys
 from importlib.metadata import EntryPoint
 from pathlib import Path
-from typing import Any
+from typing import Any, get_type_hints
 
 import numpy as np
 import pytest
 
 from beacon_mj.episode.conformance import check_planner
 from beacon_mj.errors import PlannerError, RunError
+from beacon_mj.eval.runs.experiment import experiment
 from beacon_mj.eval.runs.lineup import planner_entries
 from beacon_mj.eval.runs.overrides import configure, parse_settings
+from beacon_mj.eval.runs.runner import plan, run_jobs
 from beacon_mj.interface import Command, Observation, PlannerInfo
 from beacon_mj.planners import registry
 from beacon_mj.planners.base import Planner
@@ -21,7 +25,7 @@ from tests.repository import REPOSITORY
 from tests.worlds import cached_scene
 
 HOSTILE = REPOSITORY / "tests" / "eval" / "hostile.py"
-NAMES = sorted(registry.PAPER | registry.REFERENCE)
+NAMES = sorted(registry.PAPER | registry.OURS | registry.REFERENCE)
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -44,7 +48,7 @@ def test_a_planner_from_a_file() -> None:
     assert issubclass(cls, Planner)
     with pytest.raises(PlannerError, match=r"'Harmles'\. Did you mean 'Harmless'"):
         load_planner(f"{HOSTILE}:Harmles")
-    with pytest.raises(PlannerError, match="lacks act, Config"):
+    with pytest.raises(PlannerError, match="lacks act"):
         load_planner(f"{HOSTILE}:Unfinished")
     with pytest.raises(PlannerError, match="there is none"):
         load_planner("missing.py:Anything")
@@ -55,6 +59,101 @@ def test_a_file_that_cannot_be_imported(tmp_path: Path) -> None:
     broken.write_text("def f(:\n")
     with pytest.raises(PlannerError, match=r"cannot be imported: SyntaxError"):
         load_planner(f"{broken}:Anything")
+
+
+MINE = """\
+from __future__ import annotations
+from dataclasses import dataclass
+import numpy as np
+from beacon_mj import Command, Planner
+{imports}
+Speed = float
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Settings:
+    v: Speed = {speed}
+class {name}(Planner):
+    Config = Settings
+    def reset(self, task): self.k = 0
+    def act(self, observation):
+        self.k += 1
+        return Command(velocity_mps=np.array([self.config.v, 0.0]), give_up=self.k > 3)
+"""
+
+
+def write(folder: Path, name: str, speed: object, imports: str = "") -> str:
+    folder.mkdir(exist_ok=True)
+    path = folder / "mine.py"
+    path.write_text(MINE.format(name=name, speed=speed, imports=imports))
+    return f"{path}:{name}"
+
+
+def test_two_files_of_one_stem(tmp_path: Path) -> None:
+    """The case of names that stand in one file only: settings, pickling, identity."""
+    specs = [write(tmp_path / n, f"Mine{n.upper()}", 0.1) for n in "ab"]
+    entries, _ = planner_entries(specs, ["MineA.v=0.2", "MineB.v=0.3"])
+    assert [e.config for e in entries] == [{"v": 0.2}, {"v": 0.3}]
+    a, b = (load_planner(spec)[1] for spec in specs)
+    assert a.__module__ != b.__module__
+    for cls in (a, b):
+        assert pickle.loads(pickle.dumps(cls)) is cls
+        assert get_type_hints(cls.Config) == {"v": float}
+    assert load_planner(specs[0])[1] is a
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_two_files_of_one_stem_run(tmp_path: Path, workers: int) -> None:
+    specs = [write(tmp_path / n, f"Mine{n.upper()}", 0.1) for n in "ab"]
+    entries, protocol = planner_entries(specs, ["MineA.v=0.2", "MineB.v=0.4"])
+    config, refs = experiment(
+        entries,
+        protocol,
+        families=["sparse"],
+        scenes_per_family=2,
+        seed=0,
+        perception="noisy",
+    )
+    rows = [r for rs in run_jobs(config, plan(config, refs), None, workers) for r in rs]
+    assert [r.outcome for r in rows] == ["gave_up"] * 4
+    paths = {n: [r.path_length_m for r in rows if r.planner == n]
+             for n in ("MineA", "MineB")}  # fmt: skip
+    assert all(0.0 < a < b for a, b in zip(*paths.values(), strict=True))
+
+
+def test_an_edited_file_is_loaded_anew(tmp_path: Path) -> None:
+    first = load_planner(write(tmp_path, "Mine", 0.1))[1]
+    again = load_planner(write(tmp_path, "Mine", 0.2))[1]
+    assert (first.Config().v, again.Config().v) == (0.1, 0.2)
+    assert pickle.loads(pickle.dumps(first)) is first
+
+
+@pytest.mark.parametrize(
+    "imports", ["from helper import SPEED", "from .helper import SPEED"]
+)
+def test_modules_beside_a_file_are_its_own(tmp_path: Path, imports: str) -> None:
+    loaded = []
+    for folder, speed in ((tmp_path / "a", 0.1), (tmp_path / "b", 0.2)):
+        spec = write(folder, "Mine", "SPEED", imports)
+        (folder / "helper.py").write_text("import other\nSPEED = other.SPEED\n")
+        (folder / "other.py").write_text(f"import helper, random\nSPEED = {speed}\n")
+        (folder / "random.py").write_text("raise RuntimeError\n")
+        loaded.append(load_planner(spec)[1])
+    assert [cls.Config().v for cls in loaded] == [0.1, 0.2]
+    assert not {"helper", "other", "mine"} & set(sys.modules)
+    for cls in loaded:
+        home = cls.__module__.rpartition(".")[0]
+        helper = sys.modules[f"{home}.helper"]
+        assert helper.__spec__ is not None
+        assert helper.__name__ == helper.__spec__.name == f"{home}.helper"
+
+
+def test_a_file_that_was_mended_can_be_imported(tmp_path: Path) -> None:
+    spec = write(tmp_path, "Mine", 0.1, "import helper")
+    before = set(sys.modules)
+    with pytest.raises(PlannerError, match="No module named 'helper'"):
+        load_planner(spec)
+    assert not {n for n in set(sys.modules) - before if "planner_" in n}
+    (tmp_path / "helper.py").write_text("")
+    assert load_planner(spec)[0] == "Mine"
 
 
 def test_entry_points_join_but_do_not_replace(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -78,10 +177,19 @@ def test_settings_are_typed_by_their_field() -> None:
     ("values", "message"),
     [
         ({"speed": "1"}, r"field of push-through 'speed'\. Did you mean 'speed_share'"),
-        ({"speed_share": "fast"}, "speed_share: expected float but it was 'fast'"),
-        ({"speed_share": "nan"}, "push-through.speed_share to be finite"),
-        ({"speed_share": "1e999"}, "speed_share: Number out of range"),
-        ({"speed_share": "2"}, "Expected speed_share to be between 0.01 and 1"),
+        (
+            {"speed_share": "fast"},
+            "push-through.speed_share to be a finite number but it was 'fast'",
+        ),
+        (
+            {"speed_share": "nan"},
+            "push-through.speed_share to be a finite number but it was 'nan'",
+        ),
+        ({"speed_share": "1e999"}, "push-through.speed_share to be a finite number"),
+        (
+            {"speed_share": "2"},
+            "Expected push-through.speed_share to be between 0.01 and 1 but it was 2.0",
+        ),
     ],
 )
 def test_bad_settings_are_named(values: dict[str, str], message: str) -> None:

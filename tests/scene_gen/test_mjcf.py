@@ -1,9 +1,6 @@
-"""The emitted world, read by PyMJCF and compared with the scene."""
+"""The emitted world, compared with the scene."""
 
-import math
-import warnings
 import xml.etree.ElementTree as ET
-from typing import Any
 
 import mujoco
 import numpy as np
@@ -18,42 +15,6 @@ from tests.worlds import FAMILIES, cached_scene
 
 NAMED = {"body", "geom", "joint", "freejoint", "site", "camera", "light", "mesh",
          "material", "texture", "general"}  # fmt: skip
-
-
-def pymjcf(text: str) -> Any:
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        from dm_control import mjcf
-    return mjcf.from_xml_string(text, escape_separators=False)
-
-
-def test_pymjcf_reads_the_same_world(family: str) -> None:
-    """An independent parser finds every obstacle, its pose, density and friction."""
-    scene = cached_scene(family, 0)
-    root = pymjcf(scene_mjcf(scene))
-    bodies = {b.name: b for b in root.worldbody.body}
-    assert set(bodies) == {"base"} | {o.id for o in scene.obstacles}
-    for o in scene.obstacles:
-        body = bodies[o.id]
-        np.testing.assert_allclose(body.pos[:2], (o.x_m, o.y_m), atol=1e-12)
-        yaw = 2.0 * math.atan2(body.quat[3], body.quat[0])
-        assert math.cos(yaw - o.yaw_rad) == pytest.approx(1.0)
-        assert (body.find_all("joint") != []) is not o.fixed or body.freejoint
-        assert (body.freejoint is None) is o.fixed
-        geom = next(g for g in body.geom if g.name == o.id)
-        assert geom.dclass.dclass == o.interaction
-        assert geom.density == o.density_kgm3
-        assert geom.friction[0] == o.friction
-
-
-def test_pymjcf_compiles_the_same_masses() -> None:
-    from dm_control import mjcf
-
-    scene = cached_scene("cluttered", 1)
-    physics = mjcf.Physics.from_mjcf_model(pymjcf(scene_mjcf(scene)))
-    for o in scene.obstacles:
-        mass = physics.named.model.body_mass[o.id]
-        assert mass == pytest.approx(o.mass_kg, rel=1e-6)
 
 
 def test_every_element_is_named_once(family: str) -> None:

@@ -103,7 +103,7 @@ def test_only_the_touched_obstacle_of_a_row_is_tried(count: int) -> None:
     blocks = [block(f"b{k}", 0.05 + 0.401 * k, mass_kg=1.5) for k in range(count)]
     world = World(bench(*blocks))
     got = ends(run(world, AHEAD, 30))
-    assert [(a.obstacle, a.evidence) for a in got] == [(0, "moved")]
+    assert [(a.obstacle, a.evidence) for a in got] == [("b0", "moved")]
 
 
 @pytest.mark.parametrize("speed", [0.05, 0.1, 0.2, 0.3, 0.5])

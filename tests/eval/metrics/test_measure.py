@@ -166,13 +166,13 @@ def test_contact_events_are_the_robots_and_above_one_newton() -> None:
 def test_pushes_are_attempts_with_evidence() -> None:
     by_robot = Damage("c", "robot", 12.0, 0.3)
     by_other = Damage("c", "a", 12.0, 0.3)
-    done = [attempt(0, "moved"), attempt(1, "not_moved")]
+    done = [attempt("a", "moved"), attempt("b", "not_moved")]
     row = measure(trace([step(1, attempts=done)]))
     assert (row.pushes, row.failed_pushes) == (2, 1)
-    sudden = attempt(2, "broken", began_s=0.3)
+    sudden = attempt("c", "broken", began_s=0.3)
     assert measure(trace([step(1, attempts=[sudden], damages=[by_robot])])).pushes == 1
     assert measure(trace([step(1, attempts=[sudden], damages=[by_other])])).pushes == 0
-    tried = attempt(2, "broken", began_s=0.1)
+    tried = attempt("c", "broken", began_s=0.1)
     assert measure(trace([step(1, attempts=[tried], damages=[by_other])])).pushes == 1
 
 
@@ -186,7 +186,7 @@ def test_belief_scores() -> None:
     last = {"a": (0.0, 1.0, 0.0), "c": (0.0, 0.0, 1.0)}
     records = [
         step(1, beliefs=first),
-        step(2, beliefs=first, attempts=[attempt(0, "moved")]),
+        step(2, beliefs=first, attempts=[attempt("a", "moved")]),
         step(3, beliefs=last),
         step(4, beliefs=last),
     ]

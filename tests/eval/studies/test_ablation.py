@@ -10,6 +10,7 @@ from beacon_mj.cli import BAD_INPUT, run
 from beacon_mj.errors import RunError
 from beacon_mj.eval.metrics.measure import measure
 from beacon_mj.eval.metrics.row import Row
+from beacon_mj.eval.runs.config import PlannerEntry
 from beacon_mj.eval.studies.ablation import (
     SITUATIONS,
     ablation_runs,
@@ -19,7 +20,8 @@ from beacon_mj.eval.studies.ablation import (
 from tests.eval.traces import trace
 
 SWITCHES = (
-    "update_belief", "replan_on_belief", "predict_cascades", "battery_reweighting",
+    "predict_cascades", "battery_reweighting", "belief.update_belief",
+    "belief.replan_on_belief",
 )  # fmt: skip
 
 
@@ -34,6 +36,15 @@ def row(planner: str, index: int, steps: int, *, clean: bool = True) -> Row:
         clean_success=clean,
         obstacles_broken=0 if clean else 1,
     )
+
+
+def value(entry: PlannerEntry, field: str) -> object:
+    """The value of a dotted field in a planner's recorded configuration."""
+    found: object = entry.config
+    for name in field.split("."):
+        assert isinstance(found, dict)
+        found = found[name]
+    return found
 
 
 def test_the_switches_of_beacon_are_the_papers_parts() -> None:
@@ -52,7 +63,7 @@ def test_a_run_for_each_situation_with_every_variant() -> None:
             {}, *({switch: "false"} for switch in SWITCHES)
         ]  # fmt: skip
         assert all(
-            e.config[s] is (s not in e.settings)
+            value(e, s) is (s not in e.settings)
             for e in config.planners
             for s in SWITCHES
         )
@@ -63,12 +74,12 @@ def test_a_run_for_each_situation_with_every_variant() -> None:
 
 def test_what_the_user_switched_off_stays_off() -> None:
     runs, _ = ablation_runs(
-        "beacon", ["beacon.update_belief=false"], scenes_per_family=1
+        "beacon", ["beacon.belief.update_belief=false"], scenes_per_family=1
     )
     whole, *variants = runs["noisy"].planners
-    assert whole.config["update_belief"] is False
+    assert value(whole, "belief.update_belief") is False
     assert len(variants) == len(SWITCHES) - 1
-    assert all(v.config["update_belief"] is False for v in variants)
+    assert all(value(v, "belief.update_belief") is False for v in variants)
 
 
 def test_effects_are_paired_differences_to_the_whole_planner() -> None:

@@ -7,13 +7,14 @@ import msgspec
 import pytest
 
 from beacon_mj.cli import BAD_INPUT, run
+from beacon_mj.episode.protocol import Protocol
 from beacon_mj.errors import RunError
 from beacon_mj.eval.metrics.measure import measure
 from beacon_mj.eval.metrics.row import Row
+from beacon_mj.eval.studies.certify import ORACLE
 from beacon_mj.eval.studies.regret import (
     LEVELS,
     MEASURES,
-    ORACLE,
     PARTS,
     Price,
     decompose,
@@ -92,6 +93,37 @@ def test_the_runs_differ_in_nothing_but_what_is_known() -> None:
     assert uncertain.perception == "noisy"
     assert {c.seed for c in runs.values()} == {5}
     assert told.planners == near.planners == uncertain.planners
+
+
+#: Fields of the protocol that hide nothing from a planner.
+RULES = {
+    "max_steps", "goal_tolerance_m", "motion_cost_jpm", "battery_ends_episode",
+    "stuck_after_s", "stuck_radius_m", "decision_limit_s", "timestep_s",
+}  # fmt: skip
+NOISE = sorted(set(Protocol.__struct_fields__) - RULES)
+NOISY = ["protocol.sensing_radius_m=0.5", "protocol.occlusion=true",
+         "protocol.pose_noise_m=0.05", "protocol.missed_detection=0.2",
+         "protocol.max_steps=77"]  # fmt: skip
+
+
+def test_who_is_told_everything_is_told_it_exactly() -> None:
+    runs, _ = regret_runs("beacon", NOISY, families=["sparse"], scenes_per_family=1)
+    assert runs["told"].protocol == Protocol(sensing_radius_m=100.0, max_steps=77)
+    assert runs["near"].protocol.missed_detection == 0.2
+    assert runs["near"].protocol.occlusion
+
+
+@pytest.mark.parametrize("field", NOISE)
+def test_no_field_of_the_sensor_is_left_on(field: str) -> None:
+    """A new field of the protocol is one of `RULES`, or it says how it is switched off.
+
+    Then what a certain protocol holds of it does not depend on what it was.
+    """
+    runs, _ = regret_runs("beacon", NOISY, families=["sparse"], scenes_per_family=1)
+    value = getattr(runs["near"].protocol, field)
+    changed = msgspec.structs.replace(Protocol(), **{field: value})
+    assert changed != Protocol()
+    assert changed.certain() == Protocol().certain() == Protocol().certain().certain()
 
 
 def test_the_clairvoyant_has_no_regret() -> None:

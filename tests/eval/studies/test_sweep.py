@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterator
 from contextlib import contextmanager
+from operator import attrgetter
 from pathlib import Path
 
 import msgspec
@@ -63,12 +64,12 @@ def run(request: SweepRequest, out: Path) -> Result:
 
 def test_the_grid_is_the_papers() -> None:
     assert [line.field for line in TABLE_I] == [
-        "robot_radius_m", "w_e", "lambda_occ", "lambda_sem", "push_bias",
+        "robot_radius_m", "weights.w_e", "lambda_occ", "lambda_sem", "push_bias",
         "detour_margin",
     ]  # fmt: skip
     defaults = BeaconConfig()
     for line in TABLE_I[1:]:
-        assert float(line.default) == getattr(defaults, line.field)
+        assert float(line.default) == attrgetter(line.field)(defaults)
         assert line.default in line.values
     # 0 stands for the robot's own.
     assert defaults.robot_radius_m == 0.0
@@ -86,12 +87,14 @@ def test_one_at_a_time_changes_one_and_full_is_the_product() -> None:
 
 
 def test_a_variant_is_the_planner_with_other_values() -> None:
-    base = base_entry(msgspec.structs.replace(TINY, settings=("beacon.w_t=0.7",)))
-    found = variant(base, {"w_e": "0.5", "push_bias": "0.20"}, Protocol())
-    assert found.name == "beacon[w_e=0.5,push_bias=0.20]"
-    assert found.config["w_e"] == 0.5
+    base = base_entry(
+        msgspec.structs.replace(TINY, settings=("beacon.weights.w_t=0.7",))
+    )
+    found = variant(base, {"weights.w_e": "0.5", "push_bias": "0.20"}, Protocol())
+    assert found.name == "beacon[weights.w_e=0.5,push_bias=0.20]"
+    assert found.config["weights"]["w_e"] == 0.5
     assert found.config["push_bias"] == 0.2
-    assert found.config["w_t"] == 0.7
+    assert found.config["weights"]["w_t"] == 0.7
     assert variant(base, {}, Protocol()).config == base.config
 
 
@@ -127,13 +130,13 @@ def test_splits_are_kept_apart(select: int, seed: int) -> None:
 
 
 def test_the_splits_differ_in_the_seed_alone() -> None:
-    one, refs = select_config(TINY, [{}, {"w_e": "0.5"}])
-    two, others = report_config(TINY, {"w_e": "0.5"})
+    one, refs = select_config(TINY, [{}, {"weights.w_e": "0.5"}])
+    two, others = report_config(TINY, {"weights.w_e": "0.5"})
     assert refs == others
     assert (one.seed, two.seed) == (1000, 0)
-    assert [e.name for e in one.planners] == ["beacon", "beacon[w_e=0.5]"]
+    assert [e.name for e in one.planners] == ["beacon", "beacon[weights.w_e=0.5]"]
     assert [e.name for e in two.planners] == [
-        "push-through", "beacon", "beacon[w_e=0.5]",
+        "push-through", "beacon", "beacon[weights.w_e=0.5]",
     ]  # fmt: skip
     assert [e.name for e in report_config(TINY, {})[0].planners] == [
         "push-through", "beacon",
@@ -142,21 +145,25 @@ def test_the_splits_differ_in_the_seed_alone() -> None:
 
 def test_success_selects_then_energy_then_order() -> None:
     few = made(8, 1.0)
-    assert best([few, made(9, 99.0, w_e="0.5")]).settings == {"w_e": "0.5"}
-    assert best([made(9, 50.0), made(9, 49.0, w_e="1.5")]).settings == {"w_e": "1.5"}
-    assert best([made(9, 50.0), made(9, 50.0, w_e="1.5")]).settings == {}
+    assert best([few, made(9, 99.0, **{"weights.w_e": "0.5"})]).settings == {
+        "weights.w_e": "0.5"
+    }
+    assert best([made(9, 50.0), made(9, 49.0, **{"weights.w_e": "1.5"})]).settings == {
+        "weights.w_e": "1.5"
+    }
+    assert best([made(9, 50.0), made(9, 50.0, **{"weights.w_e": "1.5"})]).settings == {}
 
 
 def test_the_best_alone_are_combined() -> None:
     found = [
         made(8, 50.0),
-        made(9, 60.0, w_e="0.5"),
+        made(9, 60.0, **{"weights.w_e": "0.5"}),
         made(8, 51.0, lambda_occ="7.5"),
         made(8, 49.0, push_bias="0.20"),
     ]
     assert best_alone(found, TABLE_I[1]) == "0.5"
     assert best_alone(found, TABLE_I[2]) == "5.0"
-    assert combination(found, TABLE_I) == {"w_e": "0.5", "push_bias": "0.20"}
+    assert combination(found, TABLE_I) == {"weights.w_e": "0.5", "push_bias": "0.20"}
 
 
 @given(
@@ -218,7 +225,7 @@ def test_a_sweep_that_was_cut_off_goes_on(tmp_path: Path) -> None:
 def test_optuna_goes_on_where_it_stopped(tmp_path: Path) -> None:
     pytest.importorskip("optuna")
     request = msgspec.structs.replace(TINY, trials=3)
-    found = [made(8, 50.0), made(9, 60.0, w_e="0.5")]
+    found = [made(8, 50.0), made(9, 60.0, **{"weights.w_e": "0.5"})]
 
     def tried(number: int, settings: object) -> Score:
         if stop == number:

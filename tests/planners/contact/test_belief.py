@@ -7,7 +7,13 @@ from hypothesis import strategies as st
 
 from beacon_mj.errors import PlannerError
 from beacon_mj.interface import Evidence, PushEvidence
-from beacon_mj.planners.contact.belief import BeliefMap, Likelihoods, posterior, prior
+from beacon_mj.planners.contact.belief import (
+    BeliefMap,
+    BeliefSettings,
+    Likelihoods,
+    posterior,
+    prior,
+)
 from tests.sensed import sensed_box
 
 EVIDENCE: tuple[Evidence, ...] = ("moved", "not_moved", "broken")
@@ -81,7 +87,7 @@ def test_breakaway_force_bounds_from_above() -> None:
 
 
 def test_frozen_belief_learns_nothing() -> None:
-    beliefs, box = BeliefMap(update_belief=False), sensed_box("a")
+    beliefs, box = BeliefMap(BeliefSettings(update_belief=False)), sensed_box("a")
     beliefs.sight(box)
     before = beliefs.beliefs["a"]
     assert beliefs.learn(PushEvidence("a", "broken", 30.0, 1.0)) == 0.0

@@ -1,6 +1,9 @@
 """How a push is chosen among several, begun, and charged for."""
 
 import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -8,14 +11,19 @@ import shapely
 
 from beacon_mj.episode.run import run_episode
 from beacon_mj.geometry import Array
-from beacon_mj.interface import Command, Observation
+from beacon_mj.interface import Observation, Task
 from beacon_mj.motion.detour import FreeRoute
-from beacon_mj.planners.beacon import Beacon
+from beacon_mj.planners.beacon import BeaconConfig, BeaconPolicy
 from beacon_mj.planners.beacon_voi import BeaconVoi
+from beacon_mj.planners.contact import loop
 from beacon_mj.planners.contact.candidates import PushPlan
 from beacon_mj.planners.contact.checks import next_in_chain
+from beacon_mj.planners.contact.controller import PushController
 from beacon_mj.planners.contact.cost_map import ContactMap
+from beacon_mj.planners.contact.cost_to_go import TravelTimes
 from beacon_mj.planners.contact.decision import Decision
+from beacon_mj.planners.contact.limits import PushLimits
+from beacon_mj.planners.contact.loop import ContactPlanner
 from beacon_mj.planners.contact.push_model import Cascade
 from beacon_mj.scene_gen.generate import generate_scene
 from tests.kinematics import make_task
@@ -24,59 +32,83 @@ from tests.sensed import observe, sensed_box
 SEED = 4000  # Neither the tuning nor the reported scenes.
 
 
-class Watched(Beacon):
-    """Beacon that notes how it comes to touch, and what it compares."""
+class WatchedController(PushController):
+    """Notes the speed with which a push begins, and what was allowed [m/s]."""
 
-    def __init__(self) -> None:
-        """Start with empty notes."""
-        super().__init__()
-        self.touches: list[tuple[float, float, int]] = []
-        self.compared: list[tuple[Decision, list[PushPlan]]] = []
-        self._steps = 0
+    touches: ClassVar[list[tuple[float, float, int]]] = []
 
-    def act(self, observation: Observation) -> Command:
-        """Note the speed with which a push begins, and what was allowed [m/s]."""
-        before = self._controller
-        closing = before is not None and before.phase == "touch"
-        command = super().act(observation)
-        self._steps = self._steps + 1 if closing else 0
-        if closing and before is not None and before.phase == "push":
+    def __init__(self, plan: PushPlan, task: Task, limits: PushLimits) -> None:
+        super().__init__(plan, task, limits)
+        self.allowed_mps, self.closing = limits.touch_mps, 0
+
+    def act(self, observation: Observation) -> Array:
+        closing = self.phase == "touch"
+        velocity = super().act(observation)
+        self.closing = self.closing + 1 if closing else 0
+        if closing and self.phase == "push":
             speed = float(np.hypot(*observation.velocity_mps))
-            self.touches.append((speed, before._limits.touch_mps, self._steps))
-        return command
+            self.touches.append((speed, self.allowed_mps, self.closing))
+        return velocity
 
-    def compare(
-        self, observation: Observation, plans: list[PushPlan], detour: FreeRoute
-    ) -> Decision:
-        """Note what there was to choose from."""
-        decision = super().compare(observation, plans, detour)
-        self.compared.append((decision, plans))
+
+class WatchedPolicy(BeaconPolicy):
+    """Notes which obstacles there were to choose from, and which was chosen."""
+
+    def __init__(self, config: BeaconConfig | None = None) -> None:
+        super().__init__(config)
+        self.compared: list[tuple[int, list[int]]] = []
+
+    def choose(
+        self,
+        observation: Observation,
+        options: Iterator[list[PushPlan]],
+        detour: FreeRoute,
+    ) -> Decision | None:
+        seen: list[int] = []
+
+        def noted() -> Iterator[list[PushPlan]]:
+            for plans in options:
+                seen.append(plans[0].index)
+                yield plans
+
+        decision = super().choose(observation, noted(), detour)
+        if decision is not None and decision.plan is not None:
+            self.compared.append((decision.plan.index, seen))
         return decision
 
 
+class Watched(ContactPlanner[BeaconConfig]):
+    Policy = WatchedPolicy
+
+
+@dataclass
+class Notes:
+    touches: list[tuple[float, float, int]]
+    compared: list[tuple[int, list[int]]]
+
+
 @pytest.fixture(scope="module")
-def watched() -> Watched:
+def watched() -> Notes:
     planner = Watched()
-    touches, compared = [], []
-    for family in ("collision-required", "collision-shortcut"):
-        for index in range(6):
-            run_episode(generate_scene(family, index, seed=SEED), planner)
-            touches += planner.touches
-            compared += planner.compared
-            planner.touches, planner.compared = [], []
-    planner.touches, planner.compared = touches, compared
-    return planner
+    policy = planner.policy
+    assert isinstance(policy, WatchedPolicy)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(loop, "PushController", WatchedController)
+        for family in ("collision-required", "collision-shortcut"):
+            for index in range(6):
+                run_episode(generate_scene(family, index, seed=SEED), planner)
+    return Notes(WatchedController.touches, policy.compared)
 
 
-def test_a_touch_is_as_slow_as_it_must_be_and_not_slower(watched: Watched) -> None:
+def test_a_touch_is_as_slow_as_it_must_be_and_not_slower(watched: Notes) -> None:
     assert len(watched.touches) >= 6
     for speed, allowed, steps in watched.touches:
         assert speed < 1.1 * allowed + 0.01
         assert steps <= 5  # 60 mm at 0.1 m/s would take six.
 
 
-def test_the_first_obstacle_met_is_not_always_pushed(watched: Watched) -> None:
-    chosen = [(d.plan.index, p[0].index) for d, p in watched.compared if d.plan]
+def test_the_first_obstacle_met_is_not_always_pushed(watched: Notes) -> None:
+    chosen = [(pushed, seen[0]) for pushed, seen in watched.compared]
     assert any(pushed == first for pushed, first in chosen)
     assert any(pushed != first for pushed, first in chosen)
 
@@ -117,7 +149,7 @@ def test_a_neighbour_just_beside_the_way_counts(beside_m: float, counts: bool) -
     east = np.array([1.0, 0.0])
     alone = Cascade(((0, 0.5),), 10.0, None)
     plan = PushPlan(0, "pushed", east, np.zeros(2), np.zeros(2), 0.5, alone)
-    chain = next_in_chain(observation, plan, task)
+    chain = [o.id for o in next_in_chain(observation, plan, task)]
     assert chain == (["pushed", "other"] if counts else ["pushed"])
 
 
@@ -129,6 +161,8 @@ def test_voi_pushes_what_was_left_on_the_goal() -> None:
     planner = BeaconVoi()
     planner.reset(task)
     command = planner.act(observation)
-    assert math.isfinite(planner._times.from_point(observation.position_m))
+    times = TravelTimes(task, unknown_premium=0.3)
+    times.update(observation)
+    assert math.isfinite(times.from_point(observation.position_m))
     assert command.info.action == "approach"
     assert command.info.cost_detour == math.inf

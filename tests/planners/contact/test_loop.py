@@ -1,5 +1,7 @@
 """BEACON and the semantic baseline, in the real world and by their decisions."""
 
+import dataclasses
+
 import pytest
 
 from beacon_mj.episode.run import run_episode
@@ -7,7 +9,9 @@ from beacon_mj.episode.trace import Trace
 from beacon_mj.errors import PlannerError
 from beacon_mj.interface import PushEvidence
 from beacon_mj.planners.base import Planner
-from beacon_mj.planners.beacon import Beacon, BeaconConfig
+from beacon_mj.planners.beacon import Beacon, BeaconConfig, BeaconPolicy
+from beacon_mj.planners.contact.belief import BeliefSettings
+from beacon_mj.planners.contact.limits import PushSettings
 from beacon_mj.planners.semantic import Semantic, SemanticConfig
 from beacon_mj.scene_gen.generate import generate_scene
 from tests.kinematics import make_task
@@ -49,9 +53,8 @@ def test_every_decision_has_both_costs_and_a_reason() -> None:
 
 def test_beacon_believes_what_it_pushed() -> None:
     trace = crossing(Beacon(), "collision-required")
-    scene = trace.scene
     moved = {
-        scene.obstacles[a.obstacle].id
+        a.obstacle
         for s in trace.steps
         for a in s.outcome.attempts
         if a.evidence == "moved"
@@ -75,8 +78,8 @@ def planned(planner: Beacon, box_force_share: float) -> float | None:
     task = make_task((1.0, 3.0), (5.0, 3.0))
     box = sensed_box("a", density=box_force_share * 60.0 / (0.5 * 9.81 * 0.036))
     planner.reset(task)
-    planner.beliefs.sight(box)
-    return planner.push_cost(observe((1.0, 3.0), box), 0)
+    planner.policy.observe(observe((1.0, 3.0), box))
+    return planner.policy.crossing_cost(box, last_resort=False)
 
 
 def test_too_heavy_is_not_pushed() -> None:
@@ -90,9 +93,9 @@ def test_cost_follows_force_and_belief() -> None:
     assert light is not None
     assert heavy is not None
     assert light < heavy
-    beacon.beliefs.learn(PushEvidence("a", "not_moved", 20.0, 1.0))
+    assert beacon.policy.learn(PushEvidence("a", "not_moved", 20.0, 1.0))
     box = sensed_box("a", density=0.8 * 60.0 / (0.5 * 9.81 * 0.036))
-    learned = beacon.push_cost(observe((1.0, 3.0), box), 0)
+    learned = beacon.policy.crossing_cost(box, last_resort=False)
     assert learned is None or learned > heavy
 
 
@@ -112,7 +115,8 @@ def test_push_bias_decides_close_calls() -> None:
     ("config", "field"),
     [
         (BeaconConfig, "lambda_occ"),
-        (BeaconConfig, "push_speed_mps"),
+        (PushSettings, "speed_mps"),
+        (BeliefSettings, "threshold"),
         (SemanticConfig, "w_r"),
     ],
 )
@@ -122,12 +126,16 @@ def test_configs_are_checked(config: type, field: str) -> None:
 
 
 def test_what_is_pushed_into_another_is_struck_as_well() -> None:
-    planner = Beacon(BeaconConfig(accepted_fragile_chain=0.3))
-    planner.reset(make_task((1.0, 3.0), (5.0, 3.0)))
-    for name, fragile in (("vase", 0.5), ("crate", 0.1), ("chest", 0.2)):
-        scores = (0.1, 0.9 - fragile, fragile)
-        planner.beliefs.sight(sensed_box(name, scores=scores))
-    assert planner.chain_is_safe(["vase"])  # Alone it is pushed, not struck.
-    assert planner.chain_is_safe(["crate", "chest"])
-    assert not planner.chain_is_safe(["crate", "vase"])
-    assert not planner.chain_is_safe(["vase", "crate"])
+    policy = BeaconPolicy(BeaconConfig(accepted_fragile_chain=0.3))
+    policy.reset(make_task((1.0, 3.0), (5.0, 3.0)))
+    vase, crate, chest = (
+        sensed_box(name, scores=(0.1, 0.9 - fragile, fragile))
+        for name, fragile in (("vase", 0.5), ("crate", 0.1), ("chest", 0.2))
+    )
+    policy.observe(observe((1.0, 3.0), vase, crate, chest))
+    assert policy.chain_is_safe([vase])  # Alone it is pushed, not struck.
+    assert policy.chain_is_safe([crate, chest])
+    assert not policy.chain_is_safe([crate, vase])
+    assert not policy.chain_is_safe([vase, crate])
+    shards = dataclasses.replace(vase, broken=True)
+    assert policy.chain_is_safe([shards, crate])

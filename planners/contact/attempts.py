@@ -1,0 +1,36 @@
+"""What the loop remembers of its own pushes: who withstood, who was just moved."""
+
+from beacon_mj.interface import Observation, PushEvidence, SensedObstacle
+
+_MAX_FAILURES = 2  #: Failed pushes of one obstacle before it counts as immovable.
+_COOLDOWN_S = 3.0  #: Time for which an obstacle just pushed aside is left alone [s].
+
+
+class Attempts:
+    """Failed pushes of each obstacle, and when the last one ended."""
+
+    def __init__(self) -> None:
+        """Begin with no push."""
+        self._failures: dict[str, int] = {}
+        self._rests_until_s: dict[str, float] = {}
+
+    def learn(self, evidence: PushEvidence) -> None:
+        """Note what did not move under all the force there is."""
+        if evidence.evidence == "not_moved":
+            self._failures[evidence.id] = _MAX_FAILURES
+
+    def ended(
+        self, obstacle_id: str, observation: Observation, *, failed: bool
+    ) -> None:
+        """Note that a push is over now."""
+        if failed:
+            self._failures[obstacle_id] = self._failures.get(obstacle_id, 0) + 1
+        self._rests_until_s[obstacle_id] = observation.time_s + _COOLDOWN_S
+
+    def immovable(self, obstacle: SensedObstacle) -> bool:
+        """Whether an obstacle counts as one that will not give way."""
+        return self._failures.get(obstacle.id, 0) >= _MAX_FAILURES
+
+    def resting(self, obstacle: SensedObstacle, observation: Observation) -> bool:
+        """Whether an obstacle was pushed a moment ago."""
+        return self._rests_until_s.get(obstacle.id, -1.0) > observation.time_s

@@ -1,0 +1,81 @@
+"""The geoms of a compiled model, as points in the frame of the obstacle."""
+
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from beacon_mj.geometry import Array
+from beacon_mj.scene import shapes
+
+
+def geom_points(model: Any, geom: int) -> Array:
+    """Return points whose convex hull is the geom, (k, 3) [m].
+
+    The frame is the world's, its origin that of the obstacle's outermost body.
+    """
+    points = _local_points(model, geom) @ _matrix(model.geom_quat[geom]).T
+    points = points + model.geom_pos[geom]
+    body = model.geom_bodyid[geom]
+    while model.body_parentid[body] != 0:
+        points = points @ _matrix(model.body_quat[body]).T + model.body_pos[body]
+        body = model.body_parentid[body]
+    return np.asarray(points @ _matrix(model.body_quat[body]).T)
+
+
+def geom_rotation(model: Any, geom: int) -> Array:
+    """Return the rotation of a geom in the world, (3, 3)."""
+    rotation, body = _matrix(model.geom_quat[geom]), model.geom_bodyid[geom]
+    while body != 0:
+        rotation = _matrix(model.body_quat[body]) @ rotation
+        body = model.body_parentid[body]
+    return rotation
+
+
+def _matrix(quaternion: Array) -> Array:
+    flat = np.empty(9)
+    mujoco.mju_quat2Mat(flat, quaternion)
+    return flat.reshape(3, 3)
+
+
+def _local_points(model: Any, geom: int) -> Array:
+    size = model.geom_size[geom]
+    kind = mujoco.mjtGeom(model.geom_type[geom])
+    if kind == mujoco.mjtGeom.mjGEOM_MESH:
+        mesh = model.geom_dataid[geom]
+        start, count = model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]
+        points = model.mesh_vert[start : start + count].astype(float)
+        return _hull_vertices(points)
+    if kind == mujoco.mjtGeom.mjGEOM_BOX:
+        corners = shapes.Box(
+            length_m=2 * size[0], width_m=2 * size[1], height_m=2 * size[2]
+        )
+        return corners.core()[0]
+    if kind == mujoco.mjtGeom.mjGEOM_CYLINDER:
+        return shapes.Cylinder(radius_m=size[0], height_m=2 * size[1]).core()[0]
+    return _round_points(size, kind)
+
+
+def _round_points(size: Array, kind: Any) -> Array:
+    """Return points on a sphere, ellipsoid or capsule."""
+    polar = np.linspace(0.0, np.pi, 9)
+    around = np.arange(12) * (np.pi / 6)
+    unit = np.array(
+        [
+            (np.sin(t) * np.cos(p), np.sin(t) * np.sin(p), np.cos(t))
+            for t in polar
+            for p in around
+        ]
+    )
+    if kind == mujoco.mjtGeom.mjGEOM_ELLIPSOID:
+        return _hull_vertices(unit * size)
+    points = unit * size[0]
+    if kind == mujoco.mjtGeom.mjGEOM_CAPSULE:
+        points = points + np.sign(unit[:, 2:]) * (0.0, 0.0, 1.0) * size[1]
+    return _hull_vertices(points)
+
+
+def _hull_vertices(points: Array) -> Array:
+    from scipy.spatial import ConvexHull
+
+    return np.asarray(points[np.sort(ConvexHull(points).vertices)])

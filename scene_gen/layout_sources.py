@@ -1,0 +1,59 @@
+"""Where the source of a layout of one's own is: read and hashed here, never run."""
+
+import importlib.util
+from importlib.metadata import EntryPoint, entry_points
+from pathlib import Path
+
+from beacon_mj.errors import TemplateError
+
+FILE = "layouts.py"  #: Of a template folder.
+GROUP = "beacon_mj.layouts"  #: Entry points of packages that bring layouts.
+
+
+def layout_file(folder: Path) -> Path | None:
+    """Return the layouts of a template folder, if it has any."""
+    path = folder / FILE
+    return path if path.is_file() else None
+
+
+def layout_entry_point(name: str) -> EntryPoint | None:
+    """Return the installed entry point of a layout, if there is one."""
+    return next(iter(entry_points(group=GROUP, name=name)), None)
+
+
+def layout_source(folder: Path, name: str) -> list[bytes]:
+    """Return what stands for a layout's source in the hash of a family.
+
+    This is the folder's `layouts.py`, else the module of an entry point; nothing for a
+    layout that is neither: the shipped ones are part of the generator's own source.
+
+    Raises:
+        TemplateError: If the source cannot be read.
+    """
+    path = layout_file(folder)
+    if path is not None:
+        return [FILE.encode(), read_source(path)]
+    found = layout_entry_point(name)
+    if found is None:
+        return []
+    source = module_file(found)
+    return [found.value.encode(), b"" if source is None else read_source(source)]
+
+
+def read_source(path: Path) -> bytes:
+    """Return the bytes of a file of layouts. Raises TemplateError if it cannot."""
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise TemplateError(
+            f"{path}: cannot read the layouts: {error.strerror}"
+        ) from error
+
+
+def module_file(found: EntryPoint) -> Path | None:
+    """Return the file of the module that an entry point names, not importing it."""
+    try:
+        spec = importlib.util.find_spec(found.module)
+    except (ImportError, ValueError):
+        return None
+    return Path(spec.origin) if spec is not None and spec.origin else None
