@@ -6,13 +6,16 @@ The functions import what they draw with when they are called. Without the extra
 
 import importlib
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from beacon_mj.errors import BeaconError
-from beacon_mj.recording.reader import Log
 from beacon_mj.scene import Scene
 
-LogSource = Log | str | Path  #: A log that was read, or the path of one.
+if TYPE_CHECKING:
+    from beacon_mj.recording.reader import Log
+
+#: A log that was read, or the path of one.
+LogSource: TypeAlias = "Log | str | Path"
 
 
 def render_video(log: LogSource, out: str | Path, **options: Any) -> Path:

@@ -32,12 +32,15 @@ class Tabular(ABC):
         yield from _renderables(self.tables())
 
     def __str__(self) -> str:
-        """Return the tables as plain text, at most 80 characters wide."""
+        """Return the tables as plain text, at most 80 characters wide.
+
+        A line of text between them stays whole.
+        """
         console = Console(
             file=StringIO(), width=WIDTH, highlight=False, color_system=None
         )
         with console.capture() as found:
-            console.print(self, end="")
+            write(console, self)
         return "\n".join(line.rstrip() for line in found.get().splitlines())
 
     def _repr_html_(self) -> str:
@@ -65,6 +68,15 @@ class Listing(Tabular, Sequence[T]):
     def __len__(self) -> int:
         """Return how many there are."""
         return len(self._items)
+
+
+def write(console: Console, result: Tabular) -> None:
+    """Write a result to a console; a line of text, such as a path, is never cut."""
+    for part in result.tables():
+        if isinstance(part, str):
+            console.print(Text(part), soft_wrap=True)
+        else:
+            console.print(part)
 
 
 def plain_table(title: str = "", **options: Any) -> Table:

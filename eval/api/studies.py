@@ -136,6 +136,11 @@ def ablate(
         BeaconError: If an option is no good, or several planners are named.
     """
     single = single_planner(planner, settings)
+    if any(each.config is not None for each in single.handed.values()):
+        raise RunError(
+            f"{single.entry.name}: expected its values as a mapping, so that its parts "
+            "can be switched off, but it was a Config instance."
+        )
     runs, refs = ablation_runs(
         planner, settings, families, scenes_per_family, seed,
         None if templates is None else Path(templates),

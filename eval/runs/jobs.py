@@ -151,8 +151,17 @@ def _build(entry: PlannerEntry, handed: Handovers) -> Planner:
     return cls(config)
 
 
-@lru_cache(maxsize=64)
 def _planner_class(spec: str) -> type[Planner]:
+    """Return a planner's class; that of a file anew if the file is another one."""
+    path = Path(spec.rpartition(":")[0])
+    if path.suffix != ".py" or not path.is_file():
+        return _kept_class(spec)
+    found = path.stat()
+    return _kept_class(spec, str(path.resolve()), found.st_mtime_ns, found.st_size)
+
+
+@lru_cache(maxsize=64)
+def _kept_class(spec: str, *stamp: object) -> type[Planner]:
     return load_planner(spec)[1]
 
 

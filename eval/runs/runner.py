@@ -6,6 +6,7 @@ its pool with it: the jobs that were under way are then run again, one episode a
 in one process, and only an episode that kills its process twice is lost.
 """
 
+import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures.process import BrokenProcessPool
 from functools import partial
@@ -23,7 +24,7 @@ from beacon_mj.eval.runs.jobs import (
     run_job,
 )
 from beacon_mj.eval.runs.warm_up import compile_kernels
-from beacon_mj.eval.runs.worker_process import prepare_worker
+from beacon_mj.eval.runs.worker_process import in_folder, prepare_worker
 
 NOBODY: Handovers = MappingProxyType({})
 AHEAD = 2  #: Jobs handed to each worker in advance, so that none waits.
@@ -109,10 +110,12 @@ def _parallel(
     """Yield results as they come; note in `sent` every job that a worker may hold."""
     import joblib
 
+    folder = os.getcwd()
+
     def feed() -> Iterator[object]:
         for job in jobs:
             sent[job] = None
-            yield joblib.delayed(_tagged)(work, job)
+            yield joblib.delayed(in_folder)(folder, _tagged, work, job)
 
     with joblib.parallel_config(backend="loky", inner_max_num_threads=1):
         pool = joblib.Parallel(
@@ -139,7 +142,7 @@ def _alone(
     for job in (single for each in jobs for single in each.split()):
         pool = pool or ProcessPoolExecutor(1, initializer=prepare_worker)
         try:
-            yield pool.submit(work, job).result()
+            yield pool.submit(in_folder, os.getcwd(), work, job).result()
         except BrokenProcessPool:
             pool = None
             detail = "the process died while the planner ran"

@@ -1,5 +1,6 @@
 """Does every log of a run prove its row, and is that row the one in the tables?"""
 
+import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -13,7 +14,7 @@ from beacon_mj.eval.metrics.measure import measure
 from beacon_mj.eval.runs.frame import varied_settings
 from beacon_mj.eval.runs.run_folder import LINES, TABLE, load_config, load_rows
 from beacon_mj.eval.runs.variants import text_of
-from beacon_mj.eval.runs.worker_process import prepare_worker
+from beacon_mj.eval.runs.worker_process import in_folder, prepare_worker
 from beacon_mj.recording.verify import Verification, verify
 
 Key = tuple[str, str, int]
@@ -121,7 +122,8 @@ def verify_logs(paths: Sequence[Path], workers: int = 1) -> Iterator[Verificatio
             batch_size=1,
             initializer=prepare_worker,
         )
-        yield from pool(joblib.delayed(verify_log)(*job) for job in jobs)
+        folder, call = os.getcwd(), joblib.delayed(in_folder)
+        yield from pool(call(folder, verify_log, *job) for job in jobs)
 
 
 def missing_logs(run: Path) -> int:

@@ -5,7 +5,11 @@ import os
 import signal
 import threading
 import time
+from collections.abc import Callable
 from multiprocessing.process import BaseProcess
+from typing import TypeVar
+
+T = TypeVar("T")
 
 PARENT_S = 1.0  #: Time between two looks at whether the parent still lives [s].
 
@@ -16,6 +20,15 @@ def prepare_worker() -> None:
     if parent is not None:
         signal.signal(signal.SIGINT, signal.SIG_IGN)
         threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
+
+
+def in_folder(folder: str, function: Callable[..., T], *arguments: object) -> T:
+    """Call a function in the folder that the parent is in now.
+
+    Workers outlive a run, so that a later one finds them where the parent was before.
+    """
+    os.chdir(folder)
+    return function(*arguments)
 
 
 def _end_with(parent: BaseProcess) -> None:

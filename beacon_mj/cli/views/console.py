@@ -6,7 +6,7 @@ from typing import Any
 
 from rich.console import Console
 
-from beacon_mj.rendering.tables import WIDTH, Tabular
+from beacon_mj.rendering.tables import WIDTH, Tabular, write
 
 
 def show(result: Tabular) -> None:
@@ -14,7 +14,7 @@ def show(result: Tabular) -> None:
     console = Console(highlight=False)
     if not console.is_terminal or console.width < WIDTH:
         console = Console(highlight=False, width=WIDTH)
-    console.print(result)
+    write(console, result)
 
 
 def show_json(value: Any) -> None:

@@ -28,6 +28,7 @@ from beacon_mj.eval.studies.sweep import (
     combination,
     report_config,
     select_config,
+    swept_lines,
 )
 from beacon_mj.eval.studies.sweep_run import Result, run_sweep
 from beacon_mj.planners.beacon import BeaconConfig
@@ -95,6 +96,24 @@ def test_a_variant_is_the_planner_with_other_values() -> None:
     assert found.config["push_bias"] == 0.2
     assert found.config["weights"]["w_t"] == 0.7
     assert variant(base, {}, Protocol()).config == base.config
+
+
+def test_what_is_varied_is_swept_in_place_of_table_i() -> None:
+    vary = ("beacon.push_bias=0.2,0.350", "protocol.max_steps=50,60")
+    request = msgspec.structs.replace(TINY, vary=vary, settings=())
+    bias, steps = swept_lines(request)
+    assert (bias.field, bias.default, bias.values) == (
+        "push_bias", "0.350", ("0.2", "0.350"),
+    )  # fmt: skip
+    assert (steps.field, steps.default) == ("protocol.max_steps", "1000")
+    assert steps.values == ("1000", "50", "60")
+    full = settings_of((bias, steps), "full")
+    assert len(full) == 6
+    entries = select_config(request, full)[0].planners
+    protocols = [e.protocol.max_steps if e.protocol else 1000 for e in entries]
+    assert sorted(protocols) == [50, 50, 60, 60, 1000, 1000]
+    with pytest.raises(RunError, match="target 'bug1'"):
+        swept_lines(msgspec.structs.replace(TINY, vary=("bug1.x=1,2",)))
 
 
 def test_a_planner_without_the_parameters_is_refused() -> None:
