@@ -33,7 +33,7 @@ SHORT = ("beacon/collision-required/0/60",)
 BLAS_CORES = ("Prescott", "Nehalem", "Sandybridge", "Haswell", "Zen")
 #: Takes FMA away from libm, in the spelling of glibc since 2.33 and that before.
 NO_FMA = "glibc.cpu.hwcaps=-FMA,-FMA4,-AVX2,-FMA_Usable,-FMA4_Usable,-AVX2_Usable"
-#: More interpreters than those on the PATH, by path.
+#: Interpreters beside those on the PATH, by path: each of them must do.
 MORE_PYTHONS = "BEACON_MJ_PYTHONS"
 
 pytestmark = [
@@ -122,17 +122,25 @@ def test_compiled_kernels_change_no_bit() -> None:
 
 
 def pythons() -> list[str]:
-    """Return other interpreters that have the dependencies."""
+    """Return the interpreters that are named, and others that have what is needed."""
+    named = [p for p in os.environ.get(MORE_PYTHONS, "").split(os.pathsep) if p]
     names = [f"python3.{minor}" for minor in range(11, 16)]
-    found = [shutil.which(name) for name in names]
-    found += os.environ.get(MORE_PYTHONS, "").split(os.pathsep)
-    needed = "import fcl, mcap, msgspec, mujoco, numba, platformdirs, scipy, shapely"
-    usable = []
-    for path in dict.fromkeys(p for p in found if p and p != sys.executable):
-        tried = subprocess.run([path, "-c", needed], capture_output=True, check=False)
-        if tried.returncode == 0:
-            usable.append(path)
-    return usable
+    found = [path for name in names if (path := shutil.which(name))]
+    usable = [p for p in found if p != sys.executable and _has_dependencies(p)]
+    return [*dict.fromkeys([*named, *usable])]
+
+
+def _has_dependencies(python: str) -> bool:
+    needed = (
+        "import fcl, mcap, numba, shapely\n"
+        "from beacon_mj.scene_gen.family import load_family\n"
+        "load_family('sparse')"
+    )
+    environment = os.environ | {"PYTHONPATH": str(REPOSITORY)}
+    tried = subprocess.run(
+        [python, "-c", needed], env=environment, capture_output=True, check=False
+    )
+    return tried.returncode == 0
 
 
 def test_no_python_changes_a_bit() -> None:
