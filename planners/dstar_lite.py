@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 from beacon_mj.interface import Command, Observation, PlannerInfo, Task
 from beacon_mj.motion.detour import FreeRoute
+from beacon_mj.motion.expansions import ExpansionCount
 from beacon_mj.planners.base import Planner
 from beacon_mj.planners.checks import expect_between
-from beacon_mj.planners.expansions import ExpansionCount
 from beacon_mj.planners.recovery import Recovery, give_up
 
 

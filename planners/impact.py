@@ -14,13 +14,13 @@ from beacon_mj.interface import (
     SensedObstacle,
     Task,
 )
+from beacon_mj.motion.expansions import ExpansionCount
 from beacon_mj.motion.path_tracking import follow, remainder
 from beacon_mj.motion.string_pulling import shorten
 from beacon_mj.numerics import dot
 from beacon_mj.planners.base import Planner
 from beacon_mj.planners.checks import expect_all_between, expect_between
 from beacon_mj.planners.contact.cost_map import ContactMap
-from beacon_mj.planners.expansions import ExpansionCount
 from beacon_mj.planners.recovery import Recovery, give_up
 
 

@@ -65,7 +65,7 @@ ALLOWED = {
     ("planners/beacon_voi.py", "math.erfc"): _ERFC,
     ("planners/contact/sharing.py", "math.erfc"): _ERFC,
     (
-        "planners/expansions.py",
+        "beacon_mj/motion/expansions.py",
         "sum((search.expansions for search in self._searches))",
     ): _COUNTS,
     (

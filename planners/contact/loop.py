@@ -11,6 +11,7 @@ from typing import Any, ClassVar, final
 
 from beacon_mj.interface import Action, Command, Observation, PlannerInfo, Task
 from beacon_mj.motion.detour import FreeRoute
+from beacon_mj.motion.expansions import ExpansionCount
 from beacon_mj.planners.base import C, Planner
 from beacon_mj.planners.contact.attempts import Attempts
 from beacon_mj.planners.contact.candidates import PushPlan, push_plans
@@ -19,7 +20,6 @@ from beacon_mj.planners.contact.controller import PushController
 from beacon_mj.planners.contact.cost_map import ContactMap, Crossing
 from beacon_mj.planners.contact.decision import Decision
 from beacon_mj.planners.contact.policy import PushPolicy
-from beacon_mj.planners.expansions import ExpansionCount
 from beacon_mj.planners.recovery import Recovery, give_up
 
 _CELL_M = 0.05  #: Grid of the way through, and of the way round [m].
