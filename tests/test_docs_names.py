@@ -17,7 +17,7 @@ FOLDERS = ("beacon_mj", "eval", "planners", "scene_gen", "mjcf_templates")
 #: Files that the reader writes, or that a run writes under a number.
 READERS = re.compile(r"(mine|file|layouts|lazy|study)\.py|scene_\d+\.(json|xml)")
 #: Words of other programs.
-FOREIGN = {"use_sim_time", "DeprecationWarning"}
+FOREIGN = {"use_sim_time", "DeprecationWarning", "SkylakeX", "SandyBridge"}
 #: Names that are no modules: groups of entry points.
 GROUPS = {"beacon_mj.layouts"}
 
