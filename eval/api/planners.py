@@ -65,11 +65,18 @@ class PlannerDescription(Tabular):
         self.text = text
         self.fields = tuple(fields)
 
+    @property
+    def _widest(self) -> int:
+        """Length of the longest name."""
+        return max((len(f"{self.name}.{f.name}") for f in self.fields), default=0)
+
     def tables(self) -> Sequence[Table | str]:
         """Return the documentation, then a line a field."""
         table = plain_table(padding=(0, 1))
-        for heading in ("field", "default", ""):
-            table.add_column(heading)
+        # Names are to be copied whole: none is cut off, whatever the width.
+        table.add_column("field", min_width=self._widest, no_wrap=True)
+        table.add_column("default", overflow="fold")
+        table.add_column("")
         for each in self.fields:
             name = f"{self.name}.{each.name}"
             add_line(table, name, _settable(each.default), each.meaning)

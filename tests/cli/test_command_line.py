@@ -16,7 +16,9 @@ import pytest
 from beacon_mj import __version__, cli
 from beacon_mj.cli import options
 from beacon_mj.cli.app import COMMANDS
+from beacon_mj.eval.runs.overrides import flat
 from beacon_mj.eval.runs.run_folder import load_rows
+from beacon_mj.planners.registry import load_planner
 from beacon_mj.scene import PROFILES
 from beacon_mj.scene.files import load_scene
 from beacon_mj.scene_gen.generate import generate_scene
@@ -269,6 +271,17 @@ def test_lists(capsys: pytest.CaptureFixture[str]) -> None:
     out, _ = capsys.readouterr()
     for word in ("bug1, bug", "dstar-lite", "push-through.speed_share", "collision-"):
         assert word in out
+
+
+@pytest.mark.parametrize("planner", ["beacon", "beacon-voi", "semantic", "impact"])
+def test_every_name_that_can_be_set_is_printed_whole(
+    planner: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.run(["planners", planner]) == 0
+    printed = capsys.readouterr().out.split()
+    names = [f"{planner}.{f}" for f in flat(load_planner(planner)[1].Config())]
+    assert len(names) > 4
+    assert set(names) <= set(printed)
 
 
 def start(*arguments: str) -> "subprocess.Popen[str]":
