@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import shapely
 
+from beacon_mj import cli
 from beacon_mj.episode.protocol import Protocol
 from beacon_mj.episode.run import run_episode
 from beacon_mj.errors import BeaconError, LogError
@@ -44,6 +45,24 @@ def _can_draw() -> bool:
 
 
 needs_gl = pytest.mark.skipif(not _can_draw(), reason="no headless OpenGL here")
+
+
+@needs_gl
+def test_one_command_replays_a_log_as_video_strip_and_page(
+    log_path: Path, tmp_path: Path
+) -> None:
+    pytest.importorskip("mjviser")
+    wanted = {kind: tmp_path / f"out.{kind}" for kind in ("mp4", "png", "html")}
+    options = zip(
+        ("--video", "--png", "--html"), map(str, wanted.values()), strict=True
+    )
+    assert cli.run(["replay", str(log_path), *(w for o in options for w in o)]) == 0
+    assert {p.name for p in tmp_path.iterdir()} == {p.name for p in wanted.values()}
+    with av.open(str(wanted["mp4"])) as video:
+        assert next(video.decode(video=0)).width > 100
+    with Image.open(wanted["png"]) as strip:
+        assert strip.width > 100
+    assert "<html" in wanted["html"].read_text().lower()
 
 
 class Pathless(PushThrough):
