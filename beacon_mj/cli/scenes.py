@@ -30,10 +30,10 @@ def generate(
 
     Several families go to a folder each. The same options give the same bytes.
     """
-    from beacon_mj.scene_gen.family import family_paths, load_family
+    from beacon_mj.scene_gen.family import default_families, load_family
     from beacon_mj.scene_gen.generate import generate_scene
 
-    names = [*dict.fromkeys(family or family_paths(templates))]
+    names = [*dict.fromkeys(family or default_families(templates))]
     loaded = [load_family(name, templates) for name in names]
     _make_folder(out)
     for each in loaded:

@@ -17,7 +17,11 @@ from beacon_mj.eval.runs.shards import Shard, share
 from beacon_mj.planners.registry import ALIASES, PAPER, load_planner
 from beacon_mj.scene import Profile, Scene
 from beacon_mj.scene.files import load_scene
-from beacon_mj.scene_gen.family import family_paths, family_sha256, load_family
+from beacon_mj.scene_gen.family import (
+    default_families,
+    family_sha256,
+    load_family,
+)
 from beacon_mj.scene_gen.perception import perceive
 
 Logging = Literal["all", "failures", "none"]
@@ -129,7 +133,7 @@ def generated_scenes(
     Raises:
         TemplateError: If a family does not exist or its template is no good.
     """
-    names = dict.fromkeys(families or family_paths(templates))
+    names = dict.fromkeys(families or default_families(templates))
     for name in names:
         load_family(name, templates)
     hashes = {name: family_sha256(name, templates) for name in names}
