@@ -56,7 +56,7 @@ NUMERICS: Mapping[str, tuple[int, float, float]] = {
     "push_pass_time": (1, 0.0, 100.0),
     "barrier_count": (1, 1, 20),
     "barrier_pitch": (1, 2.0, 10.0),
-    "lock_distance": (1, 0.8, 8.0),
+    "lock_distance": (1, 1.0, 8.0),
     "lock_opening": (1, 0.3, 2.0),
     "door_spacing": (2, 0.6, 5.0),
     "door_force": (2, 0.5, 1e4),

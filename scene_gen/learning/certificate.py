@@ -24,7 +24,7 @@ from beacon_mj.scene_gen.learning.room import DOOR_M, Door, Part, Room, Stage
 from beacon_mj.scene_gen.rooms import Bounds, Point
 
 STAND_M = 0.04  #: Gap between robot and door before it pushes.
-#: How far beyond a door's middle the robot pushes it on before it can leave to the side.
+#: How far beyond a door's middle the robot pushes it before it can leave to the side.
 BEYOND_M = 0.75
 DECIMALS = 6  #: Of times in [s].
 
