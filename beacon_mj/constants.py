@@ -11,3 +11,6 @@ SCHEMA = 2
 #: The columns of a row that no two runs need share.
 WALL_CLOCK_COLUMNS = frozenset({"plan_ms_p50", "plan_ms_p99", "wall_time_s"})
 GRAVITY = 9.81  #: Gravitational acceleration [m/s^2].
+
+#: The perceived kind of inner walls, which never give way.
+WALL_KIND = "wall"

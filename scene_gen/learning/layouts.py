@@ -4,11 +4,13 @@ Between the stages of a room stands a lock, a wall with one free opening: where 
 robot comes out says nothing about the door that it came through, so only memory can.
 """
 
+import re
 from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
+from beacon_mj.constants import WALL_KIND
 from beacon_mj.errors import TemplateError, unknown
 from beacon_mj.scene import Obstacle
 from beacon_mj.scene_gen.family import Family
@@ -25,6 +27,7 @@ from beacon_mj.scene_gen.learning.room import (
 )
 from beacon_mj.scene_gen.rooms import Point, as_point, workspace_m
 
+_WORD = re.compile(r"[a-z][a-z0-9_-]{0,30}")
 LearningLayout = Callable[[Family, np.random.Generator], Room]
 
 FIRST_M = 1.5  #: First barrier from the west wall.
@@ -254,9 +257,10 @@ def _parts(
 def _kinds(family: Family) -> list[str]:
     """Return the names of the kinds; a row has one door of each."""
     kinds = family.text("kinds").split()
-    if not 2 <= len(kinds) <= 5 or len(set(kinds)) < len(kinds) or "wall" in kinds:
+    distinct = len({*kinds, WALL_KIND}) == len(kinds) + 1
+    if not (2 <= len(kinds) <= 5 and distinct and all(map(_WORD.fullmatch, kinds))):
         raise TemplateError(
             f"{family.source}: expected text 'kinds' to be two to five different words "
-            f"other than 'wall' but it was {family.text('kinds')!r}."
+            f"of small letters other than 'wall' but it was {family.text('kinds')!r}."
         )
     return kinds

@@ -8,13 +8,12 @@ from typing import Protocol
 
 import numpy as np
 
-from beacon_mj.constants import GRAVITY
+from beacon_mj.constants import GRAVITY, WALL_KIND
 from beacon_mj.scene import Obstacle, Perceived
 from beacon_mj.scene.shapes import Box
 from beacon_mj.scene_gen.prototypes import DECIMALS
 from beacon_mj.scene_gen.rooms import Point
 
-WALL = "wall"  #: The kind of inner walls, which never give way.
 WALL_M = 0.2  #: Thickness of inner walls.
 DOOR_M = 0.28  #: Depth of a door along the way.
 HEIGHT_M = 0.3  #: Height of walls and doors.
@@ -138,7 +137,7 @@ def wall(name: str, west: float, south: float, east: float, north: float) -> Obs
             scores=WALL_SCORES,
             density_kgm3=_WALL_DENSITY_KGM3,
             friction=FRICTION,
-            kind=WALL,
+            kind=WALL_KIND,
         ),
     )
 
