@@ -30,7 +30,7 @@ Family = Annotated[
         name="--family",
         negative=(),
         show_default=False,
-        help="Scene family; repeatable. All of them by default.",
+        help="Scene family; repeatable. By default those of suite paper-v1.",
     ),
 ]
 Seed = Annotated[

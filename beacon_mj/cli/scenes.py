@@ -11,6 +11,7 @@ from beacon_mj.errors import RunError
 
 if TYPE_CHECKING:
     from beacon_mj.scene import Scene
+    from beacon_mj.scene_gen.family import Family
 
 
 def generate(
@@ -51,25 +52,50 @@ def generate(
 
 
 def families(*, templates: options.Templates = None) -> None:
-    """List the scene families: layout, number of obstacles, and file."""
+    """List the scene families: suite, layout, obstacles, value of learning, and file.
+
+    The value of learning is what the best policy that learns from stage to stage
+    saves, in expectation, over the best one that does not; promised for every scene.
+    """
     from rich.box import SIMPLE_HEAD
     from rich.table import Table
 
     from beacon_mj.cli.tables import console
     from beacon_mj.scene_gen.family import family_paths, load_family
 
-    table = Table("family", "layout", "obstacles", "shapes", box=SIMPLE_HEAD)
+    table = Table(box=SIMPLE_HEAD)
+    for title in ("family", "suite", "layout", "obstacles", "learning"):
+        table.add_column(title, no_wrap=True)
     paths = family_paths(templates)
     for name in paths:
         found = load_family(name, templates)
-        low, high = found.numerics.get("obstacle_count", (float("nan"),) * 2)
-        shapes = ", ".join(p.name for p in found.prototypes)
-        table.add_row(name, found.layout, f"{low:g}-{high:g}", shapes)
+        table.add_row(
+            name,
+            found.suite,
+            found.layout,
+            _count(found),
+            _learning(found),
+        )
     screen = console()
     screen.print(table)
     screen.print("Copy a file to make a family of your own (--templates):")
     for path in paths.values():
         print(f"  {path}")
+
+
+def _count(family: "Family") -> str:
+    """Return how many obstacles a family draws; doors and walls are its layout's."""
+    if "obstacle_count" not in family.numerics:
+        return "-"
+    low, high = family.range("obstacle_count")
+    return f"{low:g}-{high:g}"
+
+
+def _learning(family: "Family") -> str:
+    """Return the least value of learning that a family promises."""
+    if "learning_value" not in family.numerics:
+        return "-"
+    return f">= {family.value('learning_value'):g} s"
 
 
 def view(
