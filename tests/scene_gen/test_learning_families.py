@@ -8,17 +8,21 @@ import msgspec
 import numpy as np
 import pytest
 
+from beacon_mj import cli
 from beacon_mj.constants import WALL_KIND
 from beacon_mj.errors import GenerationError, SceneError, TemplateError
+from beacon_mj.eval.runs.config import generated_scenes
+from beacon_mj.eval.runs.run_folder import load_rows
 from beacon_mj.mjcf_templates import ROOT
 from beacon_mj.motion.visibility_graph import path_length
 from beacon_mj.scene import LearningCertificate, Obstacle, Scene
 from beacon_mj.scene.files import parse_scene
 from beacon_mj.scene_gen.certificates import free_path
-from beacon_mj.scene_gen.family import Family, load_family
+from beacon_mj.scene_gen.family import Family, default_families, load_family
 from beacon_mj.scene_gen.generate import generate_scene, obstacle_of
 from beacon_mj.scene_gen.learning.certificate import certify_parts
 from beacon_mj.scene_gen.perception import perceive
+from tests.worlds import FAMILIES
 
 SEED = 2000
 LEARNING = {
@@ -262,6 +266,20 @@ def test_a_learning_family_of_ones_own_needs_xml_only(tmp_path: Path) -> None:
     assert {p for row in found.parts[0].opens for p in row} == {0.05, 0.95}
 
 
+def test_a_robot_crosses_a_learning_family_of_ones_own(tmp_path: Path) -> None:
+    """By the command, in rooms that the clairvoyant solves without damage."""
+    own_family(tmp_path, FOUR)
+    command = [
+        "eval", "--planner", "clairvoyant", "--templates", str(tmp_path), "--family",
+        "mine", "--episodes", "2", "--seed", str(SEED), "--workers", "1", "--log",
+        "none", "--out", str(tmp_path / "run"),
+    ]  # fmt: skip
+    assert cli.run(command) == 0
+    rows = load_rows(tmp_path / "run")
+    assert [row.clean_success for row in rows] == [True, True]
+    assert all(row.obstacles_moved >= 2 for row in rows)
+
+
 BAD: dict[str, tuple[dict[str, str], type[Exception], str]] = {
     "too short": (
         {'"barrier_count" data="4"': '"barrier_count" data="5"'},
@@ -321,6 +339,16 @@ def test_hard_families_say_how_they_are_sensed(family: str) -> None:
         for o in [*scene.obstacles, *scene_of(family, 1).obstacles]
     ]
     assert 0.6 < float(np.std(errors)) < 1.5
+
+
+def test_only_the_papers_families_run_unasked(tmp_path: Path) -> None:
+    assert set(default_families()) == set(FAMILIES)
+    own_family(tmp_path, {'<text name="suite" data="learning-v1"/>': ""})
+    assert set(default_families(tmp_path)) == {*FAMILIES, "mine"}
+    own_family(tmp_path, {})
+    assert set(default_families(tmp_path)) == set(FAMILIES)
+    hashes, refs = generated_scenes((), 1, None)
+    assert {*hashes} == {ref.family for ref in refs} == set(FAMILIES)
 
 
 def test_families_of_before_say_nothing_new(family: str) -> None:
