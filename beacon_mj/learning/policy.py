@@ -96,14 +96,20 @@ class PartPolicy:
     _class: dict[int, int] = field(init=False, repr=False)
     _sure: set[int] = field(init=False, repr=False)
     _best: Callable[..., tuple[float, int]] = field(init=False, repr=False)
+    _options: Callable[..., list[tuple[int, float, float]]] = field(
+        init=False, repr=False
+    )
     _worlds: Callable[..., Array] = field(init=False, repr=False)
+    _shut: Callable[..., tuple[Array, Array]] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         """Sort the doors into classes, and prepare the memory of the recursion."""
         self._opens = np.array(self.part.opens, dtype=float)
         self._class, self._sure = _classes(self.part, self._opens)
         self._best = lru_cache(maxsize=None)(self._decide)
+        self._options = lru_cache(maxsize=None)(self._weigh_options)
         self._worlds = lru_cache(maxsize=None)(self._weigh)
+        self._shut = lru_cache(maxsize=None)(self._shut_doors)
 
     @property
     def expected_s(self) -> float:
@@ -141,43 +147,57 @@ class PartPolicy:
             return 0.0, ENTRY
         stage = self.part.stages[b]
         best = (math.inf, ENTRY)
-        for i, chance in self._chances(b, failed, known):
+        for i, chance, passed_s in self._options(b, failed, known):
             t = stage.enter_s[i] if at == ENTRY else stage.between_s[at][i]
-            if chance > 0.0:
-                after = self._after(b, failed, i, known)
-                rest = self._best(b + 1, ENTRY, frozenset(), after)[0]
-                t += chance * (self.pass_s + stage.cross_s[i] + rest)
+            t += chance * passed_s
             if chance < 1.0:
                 again = self._best(b, i, failed | {i}, known)[0]
                 t += (1.0 - chance) * (self.fail_s + again)
             best = min(best, (t, i))
         return best
 
+    def _weigh_options(
+        self, b: int, failed: frozenset[int], known: Evidence
+    ) -> list[tuple[int, float, float]]:
+        """Return doors left to try, their chances, and the time if each opens."""
+        out = []
+        for i, chance in self._chances(b, failed, known):
+            passed_s = 0.0
+            if chance > 0.0:
+                after = self._after(b, failed, i, known)
+                rest = self._best(b + 1, ENTRY, frozenset(), after)[0]
+                passed_s = self.pass_s + self.part.stages[b].cross_s[i] + rest
+            out.append((i, chance, passed_s))
+        return out
+
     def _chances(
         self, b: int, failed: frozenset[int], known: Evidence
     ) -> list[tuple[int, float]]:
         """Return the doors left to try, and with what probability each opens."""
         doors = self.part.stages[b].doors
-        told = {door: opened for door, opened, _ in known if door >= 0}
-        left = [i for i in range(len(doors)) if i not in failed]
-        weight = self._worlds(b, known)
-        for i in failed:
-            if doors[i] not in told:
-                weight = weight * (1.0 - self._opens[:, doors[i]])
-        total = weight
+        told = {door: float(opened) for door, opened, _ in known if door >= 0}
+        doubted = [i for i in failed if doors[i] not in told]
+        stuck, passable = self._shut(b, frozenset(doubted))
+        weight = self._worlds(b, known) * stuck
         if not self._crossed(b):
-            shut = [1.0 - self._opens[:, doors[i]] for i in left]
-            total = weight * (1.0 - np.prod(shut, axis=0))
+            total = float(weight @ passable)
+        else:
+            total = float(weight.sum())
+        chances = (weight @ self._opens[:, doors] / total).tolist()
         out = []
-        for i in left:
-            if doors[i] in told:
-                chance = float(told[doors[i]])
-            else:
-                opened = weight * self._opens[:, doors[i]]
-                chance = float(opened.sum()) / float(total.sum())
-            # Of a single door left, rounding must not leave a doubt.
-            out.append((i, 1.0 if chance > 1.0 - 1e-14 else chance))
+        for i, door in enumerate(doors):
+            if i not in failed:
+                chance = told.get(door, chances[i])
+                # Of a single door left, rounding must not leave a doubt.
+                out.append((i, 1.0 if chance > 1.0 - 1e-14 else chance))
         return out
+
+    def _shut_doors(self, b: int, failed: frozenset[int]) -> tuple[Array, Array]:
+        """Return q_wF, and the probability that one of the other doors opens, (w,)."""
+        shut = 1.0 - self._opens[:, self.part.stages[b].doors]
+        others = [i for i in range(shut.shape[1]) if i not in failed]
+        stuck = shut[:, sorted(failed)].prod(axis=1)
+        return stuck, 1.0 - shut[:, others].prod(axis=1)
 
     def _crossed(self, b: int) -> bool:
         """Whether the doors of stage b were met before, one of which opened then."""
