@@ -16,6 +16,7 @@ from tests.repository import REPOSITORY
 #: the modules beside them. Pictures, reports and statistics are not among them.
 FOLDERS = (
     "beacon_mj/episode",
+    "beacon_mj/learning",
     "beacon_mj/motion",
     "beacon_mj/recording",
     "beacon_mj/scene",
