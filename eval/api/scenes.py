@@ -43,15 +43,17 @@ class Families(Listing[FamilyInfo]):
     """The scene families, as a sequence and as a table."""
 
     def tables(self) -> Sequence[Table | str]:
-        """Return a line a family, then where the files are."""
+        """Return a line a family, then its shapes, then where the files are."""
         table = plain_table(padding=(0, 1))
-        for name in ("family", "suite", "layout", "obstacles", "learning", "shapes"):
-            table.add_column(name, no_wrap=name != "shapes")
+        for name in ("family", "suite", "layout", "obstacles", "learning"):
+            table.add_column(name, no_wrap=True)
         for each in self:
             add_line(table, *_cells(each))
+        shapes = "\n".join(f"  {each.name}: {', '.join(each.shapes)}" for each in self)
         files = "\n".join(f"  {each.path}" for each in self)
         return [
             table,
+            "Shapes of the obstacles:\n" + shapes,
             "Copy a file to make a family of your own (--templates):\n" + files,
         ]
 
@@ -65,7 +67,6 @@ def _cells(family: FamilyInfo) -> tuple[str, ...]:
         family.layout,
         "-" if count is None else f"{count[0]}-{count[1]}",
         "-" if value is None else f">= {value:g} s",
-        ", ".join(family.shapes),
     )
 
 

@@ -69,7 +69,9 @@ def kind_latent(
 ) -> KindLatent:
     """Return the latent of `labels` kinds, of which not all are alike."""
     prior = family.value("kind_prior")
-    bits = [b for b in itertools.product((0, 1), repeat=labels) if 0 < sum(b) < labels]
+    bits = [
+        b for b in itertools.product((0, 1), repeat=labels) if 0 < b.count(1) < labels
+    ]
     weights = [math.prod(prior if v else 1.0 - prior for v in b) for b in bits]
     total = math.fsum(weights)
     given = family.value("kind_reliability") if reliability is None else reliability

@@ -271,7 +271,7 @@ def test_a_robot_crosses_a_learning_family_of_ones_own(tmp_path: Path) -> None:
     own_family(tmp_path, FOUR)
     command = [
         "eval", "--planner", "clairvoyant", "--templates", str(tmp_path), "--family",
-        "mine", "--episodes", "2", "--seed", str(SEED), "--workers", "1", "--log",
+        "mine", "-n", "2", "--seed", str(SEED), "--workers", "1", "--log",
         "none", "--out", str(tmp_path / "run"),
     ]  # fmt: skip
     assert cli.run(command) == 0
