@@ -13,3 +13,6 @@ WALL_CLOCK_COLUMNS = frozenset({"plan_ms_p50", "plan_ms_p99", "wall_time_s"})
 GRAVITY = 9.81  #: Gravitational acceleration [m/s^2].
 CONTACT_N = 1.0  #: Filtered force above which bumper and obstacle are in contact [N].
 MOVED_M = 0.010  #: Travel above which an obstacle counts as moved [m].
+
+#: The perceived kind of inner walls, which never give way.
+WALL_KIND = "wall"

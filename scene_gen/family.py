@@ -44,8 +44,50 @@ NUMERICS: Mapping[str, tuple[int, float, float]] = {
     "barrier_gap": (2, 0.0, 0.2),
     "gate_width": (2, 0.3, 3.0),
     "shortcut_ratio": (1, 1.0, 5.0),
+    # The room, the robot, and how it senses.
+    "workspace": (2, 3.0, 50.0),
+    "force_max": (1, 1.0, 1e4),
+    "sensing_radius": (1, 0.0, 100.0),
+    "occlusion": (1, 0.0, 1.0),
+    "pose_noise": (1, 0.0, 0.5),
+    "missed_detection": (1, 0.0, 0.99),
+    "material_error": (1, 0.0, 3.0),
+    "score_concentration": (1, 0.01, 1e3),
+    # Doors that hide a latent.
+    "learning_value": (1, 0.0, 1e4),
+    "push_fail_time": (1, 0.0, 100.0),
+    "push_pass_time": (1, 0.0, 100.0),
+    "barrier_count": (1, 1, 20),
+    "barrier_pitch": (1, 2.0, 10.0),
+    "lock_distance": (1, 1.0, 8.0),
+    "lock_opening": (1, 0.3, 2.0),
+    "door_spacing": (2, 0.6, 5.0),
+    "door_force": (2, 0.5, 1e4),
+    "door_force_error": (1, 0.0, 1.0),
+    "door_scores": (3, 0.0, 1.0),
+    "kind_prior": (1, 0.01, 0.99),
+    "kind_reliability": (1, 0.0, 1.0),
+    "near_door_force": (2, 0.5, 1e4),
+    "near_door_offset": (1, 0.6, 5.0),
+    "far_door_force": (2, 0.5, 1e4),
+    "far_door_offset": (1, 0.6, 5.0),
+    "load_empty": (2, 0.05, 20.0),
+    "load_full": (2, 0.05, 20.0),
+    "load_levels": (1, 1, 30),
+    "bay_count": (1, 2, 8),
+    "bay_depth": (1, 0.6, 10.0),
+    "bay_width": (1, 0.4, 2.0),
+    "day_count": (1, 1, 10),
 }
 _NAME = re.compile("[A-Za-z][A-Za-z0-9_-]{0,60}")  #: As in a scene.
+#: Those of two values that are no range.
+PAIRS = frozenset({"workspace"})
+#: Those that are whole numbers.
+COUNTS = frozenset(
+    {"barrier_count", "load_levels", "bay_count", "day_count", "occlusion"}
+)
+#: The suite of a family that names none.
+DEFAULT_SUITE = "paper-v1"
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -57,6 +99,7 @@ class Family:
         source: The file it was read from.
         layout: Name of the registered layout that places the obstacles.
         numerics: The numbers of its `<custom>` section, by name.
+        texts: The texts of its `<custom>` section, by name.
         prototypes: The shapes that occur, with their nominal proportions.
         surfaces: Look and rolling friction of each class, in order of `CLASSES`.
     """
@@ -65,12 +108,33 @@ class Family:
     source: Path
     layout: str
     numerics: Mapping[str, tuple[float, ...]]
+    texts: Mapping[str, str]
     prototypes: tuple[Prototype, ...]
     surfaces: tuple[Surface, Surface, Surface]
 
-    def value(self, name: str) -> float:
-        """Return the single number `name`."""
+    @property
+    def suite(self) -> str:
+        """The suite that it belongs to; evaluations run `DEFAULT_SUITE` unasked."""
+        return self.texts.get("suite", DEFAULT_SUITE)
+
+    def value(self, name: str, default: float | None = None) -> float:
+        """Return the single number `name`, or the default where it has none."""
+        if default is not None and name not in self.numerics:
+            return default
         return self._numbers(name)[0]
+
+    def whole(self, name: str) -> int:
+        """Return the single whole number `name`."""
+        return round(self.value(name))
+
+    def text(self, name: str) -> str:
+        """Return the text `name`."""
+        if name not in self.texts:
+            raise TemplateError(
+                f'{self.source}: expected <text name="{name}"> for layout '
+                f"{self.layout!r} but it has none."
+            )
+        return self.texts[name]
 
     def range(self, name: str) -> tuple[float, float]:
         """Return the two ends of the range `name`."""
@@ -111,6 +175,15 @@ def family_paths(templates: Path | None = None) -> dict[str, Path]:
             "but there is none."
         )
     return paths | {p.stem: p for p in own}
+
+
+def default_families(templates: Path | None = None) -> list[str]:
+    """Return the families of `DEFAULT_SUITE`, which run where none is named.
+
+    Families of the user's own that name no suite are among them.
+    """
+    names = family_paths(templates)
+    return [n for n in names if load_family(n, templates).suite == DEFAULT_SUITE]
 
 
 def load_family(name: str, templates: Path | None = None) -> Family:
@@ -163,6 +236,7 @@ def _read_family(path: Path, sha256: str) -> Family:
         source=path,
         layout=texts["layout"],
         numerics=numerics,
+        texts={name: data for name, data in texts.items() if name},
         prototypes=prototypes,
         surfaces=tuple(_surface(mjcf, c, path) for c in CLASSES),  # type: ignore[arg-type]
     )
@@ -184,7 +258,12 @@ def _checked(numeric: object, path: Path, shapes: set[str]) -> tuple[float, ...]
             f"{path}: expected numeric {name!r} to be {count} value(s) in "
             f"[{low:g}, {high:g}] but it was {values}."
         )
-    if count == 2 and values[0] > values[1]:
+    if name in COUNTS and values[0] != round(values[0]):
+        raise TemplateError(
+            f"{path}: expected numeric {name!r} to be a whole number but it was "
+            f"{values[0]:g}."
+        )
+    if count == 2 and name not in PAIRS and values[0] > values[1]:
         raise TemplateError(
             f"{path}: expected numeric {name!r} to be a range (low, high) but it was "
             f"{values}."

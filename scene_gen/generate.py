@@ -6,19 +6,24 @@ import msgspec
 import numpy as np
 
 from beacon_mj.errors import GenerationError, SceneError, unknown
-from beacon_mj.numerics import norm
-from beacon_mj.scene import Certificate, Obstacle, Profile, Robot, Scene
+from beacon_mj.scene import Certificate, Obstacle, Profile, Scene
 from beacon_mj.scene.checks import check_scene
 from beacon_mj.scene_gen.certificates import certify
 from beacon_mj.scene_gen.family import Family, load_family
-from beacon_mj.scene_gen.layouts import WORKSPACE_M, Layout, NoRoomError, Point
+from beacon_mj.scene_gen.layouts import Layout, NoRoomError
+from beacon_mj.scene_gen.learning.generate import generate_learning_scene
+from beacon_mj.scene_gen.learning.layouts import LEARNING_LAYOUTS
 from beacon_mj.scene_gen.own_layouts import find_layout
 from beacon_mj.scene_gen.perception import perceive
-from beacon_mj.scene_gen.prototypes import DECIMALS
+from beacon_mj.scene_gen.rooms import (
+    robot_of,
+    sensing_of,
+    start_and_goal,
+    workspace_m,
+)
 from beacon_mj.scene_gen.sampling import Sampler
 from beacon_mj.streams import stream
 
-DISTANCE_M = (4.6, 5.4)  #: Start to goal.
 MARGIN_M = 0.02  #: Clearance beyond the disc at which certified ways still exist.
 PROPOSALS = 100  #: Proposals per scene before giving up.
 CROWDED = 10  #: The same if the obstacles never even fit.
@@ -47,6 +52,8 @@ def generate_scene(
     """
     if isinstance(family, str):
         family = load_family(family, templates)
+    if family.layout in LEARNING_LAYOUTS:
+        return generate_learning_scene(family, index, seed, perception)
     layout = find_layout(family)
     rng = stream("scene", seed, family.name, index)
     reasons: dict[str, int] = {}
@@ -82,8 +89,8 @@ def _count(reasons: dict[str, int], reason: str) -> None:
 def _propose(
     family: Family, layout: Layout, index: int, seed: int, rng: np.random.Generator
 ) -> Scene:
-    robot = Robot()
-    start, goal = _start_and_goal(rng)
+    robot, room = robot_of(family), workspace_m(family)
+    start, goal = start_and_goal(rng, room)
     sampler = Sampler(family=family, robot=robot, rng=rng)
     placed = layout(sampler, start, goal)
     order = rng.permutation(len(placed))
@@ -96,7 +103,7 @@ def _propose(
         index=index,
         seed=seed,
         perception="truth",
-        workspace_m=WORKSPACE_M,
+        workspace_m=room,
         start_m=start,
         goal_m=goal,
         robot=robot,
@@ -109,20 +116,8 @@ def _propose(
             door_ids=(),
             margin_m=0.0,
         ),
+        sensing=sensing_of(family),
     )
-
-
-def _start_and_goal(rng: np.random.Generator) -> tuple[Point, Point]:
-    """Draw a start near the west wall and a goal near the east wall."""
-    while True:
-        start = rng.uniform((0.35, 1.8), (0.75, 4.2))
-        goal = rng.uniform((5.25, 1.8), (5.65, 4.2))
-        if DISTANCE_M[0] <= norm(goal - start) <= DISTANCE_M[1]:
-            return _point(start), _point(goal)
-
-
-def _point(values: np.ndarray) -> Point:
-    return round(float(values[0]), DECIMALS), round(float(values[1]), DECIMALS)
 
 
 def _missing(family: Family, certificate: Certificate | None) -> str | None:

@@ -18,19 +18,18 @@ import shapely
 from beacon_mj.geometry import Array
 from beacon_mj.scene import Obstacle
 from beacon_mj.scene_gen.prototypes import DECIMALS
+from beacon_mj.scene_gen.rooms import Bounds
+from beacon_mj.scene_gen.rooms import Point as Point
 from beacon_mj.scene_gen.sampling import Sampler
 
-Point = tuple[float, float]
 Layout = Callable[[Sampler, Point, Point], list[Obstacle]]
 LAYOUTS: dict[str, Layout] = {}  #: Of all families; others belong to a folder.
 _REGISTRY: ContextVar[dict[str, Layout]] = ContextVar("registry", default=LAYOUTS)
 
-WORKSPACE_M = (0.0, 0.0, 6.0, 6.0)  #: West, south, east, north (paper II.A).
 CLEARANCE_M = 0.3  #: Free ring around the robot's disc at start and goal.
 LANDING_M = (0.9, 0.45)  #: Room kept free before and behind a door: length, half width.
 _OTHER_DOORS_M = 1.6  #: How far off the straight line further doors may stand.
 _TRIES = 200
-_ROOM = shapely.box(*WORKSPACE_M)
 
 
 class NoRoomError(Exception):
@@ -86,13 +85,13 @@ def add_scattered(
     Raises:
         NoRoomError: If one of them found no place.
     """
-    spacing = sampler.family.value("spacing")
+    spacing, room = sampler.family.value("spacing"), sampler.workspace_m
     for _ in range(sampler.count("obstacle_count")):
         shape, interaction = sampler.shape(), sampler.interaction()
         template = sampler.obstacle(shape, interaction)
         for _ in range(_TRIES):
             candidate = at(template, _anywhere(sampler), sampler.yaw())
-            if _fits(candidate, placed, forbidden, spacing):
+            if _fits(candidate, placed, forbidden, spacing, room):
                 placed.append(candidate)
                 break
         else:
@@ -110,7 +109,7 @@ def at(obstacle: Obstacle, position: Point | Array, yaw: float) -> Obstacle:
 
 
 def _anywhere(sampler: Sampler) -> Array:
-    west, south, east, north = WORKSPACE_M
+    west, south, east, north = sampler.workspace_m
     return sampler.rng.uniform((west, south), (east, north))
 
 
@@ -124,9 +123,10 @@ def _fits(
     placed: list[Obstacle],
     forbidden: list[shapely.Geometry],
     spacing: float,
+    room: Bounds,
 ) -> bool:
     outline = candidate.outline
-    if not _ROOM.covers(outline):
+    if not shapely.box(*room).covers(outline):
         return False
     if any(outline.intersects(area) for area in forbidden):
         return False
@@ -138,23 +138,24 @@ def _barrier(
     sampler: Sampler, start: Point, goal: Point, gate: float
 ) -> list[Obstacle]:
     """Fill a north-south line with obstacles, some of them doors."""
-    x = sampler.uniform((2.6, 3.4))
+    _, _, width, height = sampler.workspace_m
+    x = sampler.uniform((0.5 * width - 0.4, 0.5 * width + 0.4))
     crossing = start[1] + (x - start[0]) / (goal[0] - start[0]) * (goal[1] - start[1])
     mirrored = gate > 0.0 and bool(sampler.rng.random() < 0.5)
     if mirrored:
-        crossing = 6.0 - crossing
-    slots = _slots(sampler, crossing, 6.0 - gate)
+        crossing = height - crossing
+    slots = _slots(sampler, crossing, height - gate)
     placed: list[Obstacle] = []
     landing: list[shapely.Geometry] = []
     for low, high, is_door in slots:
         middle = 0.5 * (low + high)
-        y = 6.0 - middle if mirrored else middle
+        y = height - middle if mirrored else middle
         placed.append(_element(sampler, x, y, high - low, is_door))
         if is_door:
             length, half = LANDING_M
             landing.append(shapely.box(x - length, y - half, x + length, y + half))
     keep_gate = shapely.box(
-        x - 0.6, 0.0 if mirrored else 6.0 - gate - 0.1, x + 0.6, 6.0
+        x - 0.6, 0.0 if mirrored else height - gate - 0.1, x + 0.6, height
     )
     if mirrored:
         keep_gate = shapely.box(x - 0.6, 0.0, x + 0.6, gate + 0.1)

@@ -18,6 +18,7 @@ from beacon_mj.numerics import norms
 from beacon_mj.scene import Obstacle, Robot, Scene, Surface, shapes
 
 TIMESTEP_S = 0.002  #: Physics step [s].
+TEMPLATE_M = (0.0, 0.0, 6.0, 6.0)  #: The room that the template is drawn with.
 WALL_M = (0.05, 0.1)  #: Half thickness and half height of the walls [m].
 BUMPER_MASS_SHARE = 0.05  #: Share of the robot's mass in the bumper ring.
 ACROSS_SHARE = 0.25  #: Limit of the drive across its direction, over force_max.
@@ -39,6 +40,8 @@ def scene_mjcf(scene: Scene, timestep_s: float = TIMESTEP_S) -> str:
     _child(root, "option").set("timestep", repr(timestep_s))
     world = _child(root, "worldbody")
     _place_arena(world, scene)
+    if scene.workspace_m != TEMPLATE_M:
+        _aim_cameras(root, scene)
     for section in ("default", "worldbody", "actuator"):
         target = root.find(section)
         if target is None:
@@ -98,6 +101,19 @@ def _place_arena(world: ET.Element, scene: Scene) -> None:
         wall.set("size", _numbers((sx, sy, h)))
     _named(world, "site", "start").set("pos", _numbers((*scene.start_m, 0.001)))
     _named(world, "site", "goal").set("pos", _numbers((*scene.goal_m, 0.001)))
+
+
+def _aim_cameras(root: ET.Element, scene: Scene) -> None:
+    """Let cameras and the viewer's first look see a room of another size whole."""
+    west, south, east, north = scene.workspace_m
+    x, y = 0.5 * (west + east), 0.5 * (south + north)
+    scale = max(east - west, north - south) / (TEMPLATE_M[2] - TEMPLATE_M[0])
+    for name, back, height in (("overhead", 0.0, 9.2), ("overview", 6.6, 6.2)):
+        camera = _named(root, "camera", name)
+        camera.set("pos", _numbers((x, y - scale * back, scale * height)))
+    look = _child(root, "statistic")
+    look.set("center", _numbers((x, y, 0.2)))
+    look.set("extent", repr(6.0 * scale))
 
 
 def _set_up_robot(root: ET.Element, scene: Scene) -> None:

@@ -29,6 +29,7 @@ from beacon_mj.scene_gen.layouts import (
     Point,
     registering,
 )
+from beacon_mj.scene_gen.learning.layouts import LEARNING_LAYOUTS
 from beacon_mj.scene_gen.sampling import Sampler
 from beacon_mj.scene_gen.template_paths import template_folder
 
@@ -42,11 +43,8 @@ def find_layout(family: Family) -> Layout:
     Raises:
         TemplateError: If there is none of that name, or its file cannot be imported.
     """
-    name, own = family.layout, dict[str, Layout]()
-    path = layout_file(template_folder(family.source))
-    if path is not None:
-        path = path.resolve()
-        own = _run(path, read_source(path))
+    name, path = family.layout, _own_file(family)
+    own = {} if path is None else _run(path, read_source(path))
     if name in LAYOUTS:
         return LAYOUTS[name]
     if path is not None and name in own:
@@ -54,8 +52,26 @@ def find_layout(family: Family) -> Layout:
     found = layout_entry_point(name)
     if found is not None:
         return _guarded(_loaded(found), module_file(found) or Path(found.value))
-    known = [*LAYOUTS, *own]
+    known = [*LAYOUTS, *LEARNING_LAYOUTS, *own]
     raise TemplateError(f"{family.source}: {unknown('layout', name, known)}")
+
+
+def check_layout(family: Family) -> None:
+    """Check that there is a layout of the name that a family gives, of any sort.
+
+    Raises:
+        TemplateError: If there is none of that name, or its file cannot be imported.
+    """
+    if family.layout not in LEARNING_LAYOUTS:
+        find_layout(family)
+    elif (path := _own_file(family)) is not None:
+        _run(path, read_source(path))
+
+
+def _own_file(family: Family) -> Path | None:
+    """Return the layouts of the family's template folder, if it has any."""
+    path = layout_file(template_folder(family.source))
+    return None if path is None else path.resolve()
 
 
 @functools.lru_cache(maxsize=32)
@@ -72,7 +88,7 @@ def _run(path: Path, source: bytes) -> dict[str, Layout]:
     except (Exception, SystemExit) as error:
         sys.modules.pop(module.__name__, None)
         raise _located(error, path, "cannot import the layouts") from error
-    shadowing = sorted(LAYOUTS.keys() & found.keys())
+    shadowing = sorted((LAYOUTS.keys() | LEARNING_LAYOUTS.keys()) & found.keys())
     if shadowing:
         raise TemplateError(
             f"{path}: expected layouts to have names of their own but "

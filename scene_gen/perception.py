@@ -7,7 +7,8 @@
   The most likely class is right for about 80 % of obstacles.
 * `misleading`: the reported class is right half the time and always overconfident.
 
-In the last two, density and friction carry a log-normal error of 15 %.
+In the last two, density and friction carry a log-normal error of 15 %. A family may
+state another error and another concentration, or make its perceived values itself.
 """
 
 import math
@@ -16,7 +17,8 @@ import msgspec
 import numpy as np
 
 from beacon_mj.constants import CLASSES
-from beacon_mj.scene import Obstacle, Perceived, Profile, Scene
+from beacon_mj.errors import SceneError
+from beacon_mj.scene import Obstacle, Perceived, Profile, Scene, Sensing
 from beacon_mj.streams import stream
 
 #: Shares of safe, movable, fragile in the families together (seed 1000).
@@ -35,16 +37,30 @@ def perceive(scene: Scene, profile: Profile, seed: int) -> Scene:
         scene: Any scene; its own perceived values are replaced.
         profile: Name of the perception profile.
         seed: The perception seed.
+
+    Raises:
+        SceneError: If the perceived values of the profile are the family's own.
     """
+    sensing = scene.sensing or Sensing()
+    if sensing.designed and profile != "truth":
+        if profile == scene.perception:
+            return scene
+        raise SceneError(
+            f"{scene.name}: expected perception 'truth', or 'noisy' from the "
+            f"generator, but it was {profile!r}: what is perceived here is the "
+            "family's own."
+        )
     rng = stream("perception", seed, profile, scene.family, scene.index)
     obstacles = tuple(
-        msgspec.structs.replace(o, perceived=_perceived(o, profile, rng))
+        msgspec.structs.replace(o, perceived=_perceived(o, profile, sensing, rng))
         for o in scene.obstacles
     )
     return msgspec.structs.replace(scene, perception=profile, obstacles=obstacles)
 
 
-def _perceived(o: Obstacle, profile: Profile, rng: np.random.Generator) -> Perceived:
+def _perceived(
+    o: Obstacle, profile: Profile, sensing: Sensing, rng: np.random.Generator
+) -> Perceived:
     truth = CLASSES.index(o.interaction)
     if profile == "truth":
         one_hot = [0.0, 0.0, 0.0]
@@ -53,20 +69,29 @@ def _perceived(o: Obstacle, profile: Profile, rng: np.random.Generator) -> Perce
             scores=(one_hot[0], one_hot[1], one_hot[2]),
             density_kgm3=o.density_kgm3,
             friction=o.friction,
+            kind=o.perceived.kind,
         )
-    draw = _noisy_scores if profile == "noisy" else _misleading_scores
-    scores = np.maximum(draw(truth, rng), SCORE_FLOOR)
+    if profile == "noisy":
+        drawn = _noisy_scores(truth, sensing.score_concentration or CONCENTRATION, rng)
+    else:
+        drawn = _misleading_scores(truth, rng)
+    scores = np.maximum(drawn, SCORE_FLOOR)
     a, b, c = (round(float(s), 6) for s in scores / scores.sum())
-    error = [math.exp(MATERIAL_ERROR * z) for z in rng.standard_normal(2).tolist()]
+    own = sensing.material_error
+    spread = MATERIAL_ERROR if own is None else own
+    error = [math.exp(spread * z) for z in rng.standard_normal(2).tolist()]
     return Perceived(
         scores=(a, b, c),
         density_kgm3=round(o.density_kgm3 * float(error[0]), 6),
         friction=round(o.friction * float(error[1]), 6),
+        kind=o.perceived.kind,
     )
 
 
-def _noisy_scores(truth: int, rng: np.random.Generator) -> np.ndarray:
-    alpha = CONCENTRATION * np.array(BASE_RATES)
+def _noisy_scores(
+    truth: int, concentration: float, rng: np.random.Generator
+) -> np.ndarray:
+    alpha = concentration * np.array(BASE_RATES)
     alpha[truth] += 1.0
     return rng.dirichlet(alpha)
 

@@ -12,6 +12,7 @@ from beacon_mj.scene.shapes import Capsule, Shape, Sphere
 from beacon_mj.scene_gen.certificates import DOOR_FORCE_SHARE
 from beacon_mj.scene_gen.family import Family
 from beacon_mj.scene_gen.prototypes import DECIMALS
+from beacon_mj.scene_gen.rooms import Bounds, workspace_m
 
 #: A free obstacle needs at least this share of the drive's limit to count as too heavy;
 #: between `FEASIBLE` and this, whether it moves would hang on a per cent of friction.
@@ -27,6 +28,11 @@ class Sampler:
     family: Family
     robot: Robot
     rng: np.random.Generator
+
+    @property
+    def workspace_m(self) -> Bounds:
+        """West, south, east, north of the family's room [m]."""
+        return workspace_m(self.family)
 
     def count(self, name: str) -> int:
         """Draw a whole number from the family's range `name`, ends included."""

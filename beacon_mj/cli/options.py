@@ -31,7 +31,7 @@ Family = Annotated[
         negative=(),
         show_default=False,
         consume_multiple=True,
-        help="Scene families; several, or repeated. All of them by default.",
+        help="Scene families; several, or repeated. Those of suite paper-v1 if unsaid.",
     ),
 ]
 Seed = Annotated[

@@ -48,7 +48,11 @@ def generate(
 
 
 def families(*, templates: options.Templates = None) -> None:
-    """List the scene families: layout, number of obstacles, and file."""
+    """List the scene families: suite, layout, obstacles, value of learning, and file.
+
+    The value of learning is what the best policy that learns from stage to stage
+    saves, in expectation, over the best one that does not; promised for every scene.
+    """
     import beacon_mj
     from beacon_mj.cli.views.console import show
 

@@ -2,14 +2,15 @@
 
 import functools
 import math
-from typing import Annotated, Any, get_args, get_type_hints
+from dataclasses import dataclass
+from typing import Annotated, Any, TypeVar, get_args, get_type_hints
 
 import msgspec
 from msgspec import Meta
 
 from beacon_mj.constants import GRAVITY
 from beacon_mj.errors import RunError
-from beacon_mj.scene import Scene
+from beacon_mj.scene import Scene, Sensing
 
 NonNegative = Annotated[float, Meta(ge=0.0, le=1e6)]
 #: Sensing radius beyond every workspace [m].
@@ -17,14 +18,37 @@ EVERYTHING_M = 100.0
 #: Key of the value at which a field hides nothing. Every field that makes the sensor
 #: less than perfect carries one; `Protocol.certain` needs no other list of them.
 _CERTAIN = "certain"
+#: Diagonal up to which an episode has `STEPS`, that of a room of 6 x 6 m [m].
+DIAGONAL_M = math.sqrt(72.0)
+STEPS = 1000  #: Control steps of an episode in a room of up to that diagonal.
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class SensorModel:
+    """The obstacle sensor of one episode.
+
+    Attributes:
+        radius_m: Its range r_s from the robot's body [m].
+        occlusion: Whether an obstacle is sensed only in line of sight.
+        pose_noise_m: Standard deviation of sensed positions [m].
+        missed_detection: Probability that an obstacle in range is missed in a step.
+    """
+
+    radius_m: float
+    occlusion: bool
+    pose_noise_m: float
+    missed_detection: float
 
 
 class Protocol(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """How an episode is run and scored; identical for all planners.
 
     Attributes:
-        sensing_radius_m: Range r_s of the obstacle sensor from the robot's body.
-        max_steps: Control steps after which the outcome is `timeout`.
+        sensing_radius_m: Range r_s of the obstacle sensor from the robot's body; None
+            for the family's, or 1 m where it has none.
+        max_steps: Control steps after which the outcome is `timeout`; None for 1000 in
+            rooms of up to 6 x 6 m, and in larger ones for as many more as the room's
+            diagonal is longer.
         goal_tolerance_m: Distance to the goal that counts as reached.
         motion_cost_jpm: kappa_d of App. B, energy per metre [J/m]; None for a cost of
             transport of 0.2, which is 0.2 m g.
@@ -35,15 +59,19 @@ class Protocol(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
         decision_limit_s: Wall-clock time of one decision above which the outcome is
             `planner_error`.
         timestep_s: Physics step; halve it to see whether results depend on it.
-        occlusion: Whether an obstacle is sensed only in line of sight.
-        pose_noise_m: Standard deviation of sensed positions.
-        missed_detection: Probability that an obstacle in range is missed in a step.
+        occlusion: Whether an obstacle is sensed only in line of sight; None for the
+            family's, or no.
+        pose_noise_m: Standard deviation of sensed positions; None for the family's, or
+            0.
+        missed_detection: Probability that an obstacle in range is missed in a step;
+            None for the family's, or 0.
     """
 
-    sensing_radius_m: Annotated[
-        float, Meta(ge=0.0, le=EVERYTHING_M, extra={_CERTAIN: EVERYTHING_M})
-    ] = 1.0
-    max_steps: Annotated[int, Meta(ge=1, le=10**6)] = 1000
+    sensing_radius_m: (
+        Annotated[float, Meta(ge=0.0, le=EVERYTHING_M, extra={_CERTAIN: EVERYTHING_M})]
+        | None
+    ) = None
+    max_steps: Annotated[int, Meta(ge=1, le=10**6)] | None = None
     goal_tolerance_m: Annotated[float, Meta(gt=0.0, le=1.0)] = 0.10
     motion_cost_jpm: NonNegative | None = None
     battery_ends_episode: bool = False
@@ -51,11 +79,13 @@ class Protocol(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     stuck_radius_m: Annotated[float, Meta(gt=0.0, le=1.0)] = 0.05
     decision_limit_s: Annotated[float, Meta(gt=0.0, le=1e4)] = 30.0
     timestep_s: Annotated[float, Meta(ge=1e-4, le=0.01)] = 0.002
-    occlusion: Annotated[bool, Meta(extra={_CERTAIN: False})] = False
-    pose_noise_m: Annotated[float, Meta(ge=0.0, le=0.5, extra={_CERTAIN: 0.0})] = 0.0
-    missed_detection: Annotated[float, Meta(ge=0.0, lt=1.0, extra={_CERTAIN: 0.0})] = (
-        0.0
-    )
+    occlusion: Annotated[bool, Meta(extra={_CERTAIN: False})] | None = None
+    pose_noise_m: (
+        Annotated[float, Meta(ge=0.0, le=0.5, extra={_CERTAIN: 0.0})] | None
+    ) = None
+    missed_detection: (
+        Annotated[float, Meta(ge=0.0, lt=1.0, extra={_CERTAIN: 0.0})] | None
+    ) = None
 
     def certain(self) -> "Protocol":
         """Return this protocol with a sensor that senses everything, and exactly."""
@@ -85,6 +115,38 @@ class Protocol(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
             return self.motion_cost_jpm
         return 0.2 * scene.robot.mass_kg * GRAVITY
 
+    def step_limit(self, scene: Scene) -> int:
+        """Return the control steps after which the outcome is `timeout`."""
+        if self.max_steps is not None:
+            return self.max_steps
+        return math.ceil(STEPS * max(1.0, diagonal_m(scene) / DIAGONAL_M))
+
+    def sensor(self, scene: Scene) -> SensorModel:
+        """Return the sensor: what is set here, else the family's, else the default."""
+        own = scene.sensing or Sensing()
+        return SensorModel(
+            radius_m=_first(self.sensing_radius_m, own.radius_m, 1.0),
+            occlusion=_first(self.occlusion, own.occlusion, False),
+            pose_noise_m=_first(self.pose_noise_m, own.pose_noise_m, 0.0),
+            missed_detection=_first(self.missed_detection, own.missed_detection, 0.0),
+        )
+
+
+T = TypeVar("T")
+
+
+def _first(user: T | None, family: T | None, default: T) -> T:
+    if user is not None:
+        return user
+    return default if family is None else family
+
+
+def diagonal_m(scene: Scene) -> float:
+    """Return diam(workspace), its diagonal [m]."""
+    west, south, east, north = scene.workspace_m
+    x, y = east - west, north - south
+    return math.sqrt(x * x + y * y)
+
 
 @functools.cache
 def _perfect() -> dict[str, float | bool]:
@@ -103,6 +165,4 @@ def _extra(hint: Any) -> dict[str, Any]:
 
 def battery_slope(scene: Scene) -> float:
     """Return eta = B_0 / diam(workspace), charge per metre [1/m] (paper II.A)."""
-    west, south, east, north = scene.workspace_m
-    x, y = east - west, north - south
-    return 1.0 / math.sqrt(x * x + y * y)
+    return 1.0 / diagonal_m(scene)

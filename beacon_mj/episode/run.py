@@ -51,8 +51,8 @@ def make_task(scene: Scene, protocol: Protocol, seed: int) -> Task:
         bumper_stiffness_npm=robot.bumper_stiffness_npm,
         control_period_s=robot.control_period_s,
         goal_tolerance_m=protocol.goal_tolerance_m,
-        sensing_radius_m=protocol.sensing_radius_m,
-        max_steps=protocol.max_steps,
+        sensing_radius_m=protocol.sensor(scene).radius_m,
+        max_steps=protocol.step_limit(scene),
         motion_cost_jpm=protocol.motion_cost(scene),
         seed=seed,
     )
@@ -212,7 +212,7 @@ class _Loop:
             return "reached"
         if protocol.battery_ends_episode and self.battery <= 0.0:
             return "battery_empty"
-        if len(self.trace.steps) >= protocol.max_steps:
+        if len(self.trace.steps) >= task.max_steps:
             return "timeout"
         window = round(protocol.stuck_after_s / task.control_period_s)
         if len(self.positions) > window:

@@ -29,8 +29,8 @@ class Sensor:
     def __init__(self, world: World, protocol: Protocol) -> None:
         """Sense `world` under `protocol`; the noise stream is the scene's own."""
         self._world = world
-        self._protocol = protocol
         scene = world.scene
+        self._model = protocol.sensor(scene)
         self._rng = stream("sensor", scene.seed, scene.family, scene.index)
         self._number = {o.id: i for i, o in enumerate(scene.obstacles)}
         self._order: list[int] = []
@@ -78,15 +78,15 @@ class Sensor:
 
     def _visible(self) -> Mask:
         """Return which obstacles are in range, and in sight, shape (n,)."""
-        world, protocol = self._world, self._protocol
+        world, model = self._world, self._model
         if len(world.footprints) == 0:
             return np.zeros(0, np.bool_)
         gaps = world.footprints.distance(world.position_m)
-        visible: Mask = gaps - world.scene.robot.radius_m <= protocol.sensing_radius_m
-        if protocol.occlusion:
+        visible: Mask = gaps - world.scene.robot.radius_m <= model.radius_m
+        if model.occlusion:
             visible &= self._in_sight(visible)
-        if protocol.missed_detection > 0.0:
-            visible &= self._rng.random(len(visible)) >= protocol.missed_detection
+        if model.missed_detection > 0.0:
+            visible &= self._rng.random(len(visible)) >= model.missed_detection
         return np.asarray(visible)
 
     def _in_sight(self, candidates: Mask) -> Mask:
@@ -130,9 +130,9 @@ class Sensor:
     def _sensed(
         self, obstacle: Obstacle, outline: Footprint, time_s: float, broken: bool
     ) -> SensedObstacle:
-        if self._protocol.pose_noise_m > 0.0:
+        if self._model.pose_noise_m > 0.0:
             outline = outline.shifted(
-                self._protocol.pose_noise_m * self._rng.standard_normal(2)
+                self._model.pose_noise_m * self._rng.standard_normal(2)
             )
         perceived = obstacle.perceived
         return SensedObstacle(
@@ -147,6 +147,7 @@ class Sensor:
             seen_s=time_s,
             visible=True,
             broken=broken,
+            kind=perceived.kind,
         )
 
     def _evidence(self, outcome: StepOutcome) -> tuple[PushEvidence, ...]:

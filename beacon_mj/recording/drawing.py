@@ -110,6 +110,8 @@ def _facts(obstacle: Obstacle, broken: bool) -> dict[str, str]:
         "mass_kg": f"{obstacle.mass_kg:.3f}",
         "breakaway_force_n": f"{obstacle.breakaway_force_n:.2f}",
     }
+    if obstacle.perceived.kind is not None:
+        facts["kind"] = obstacle.perceived.kind
     if obstacle.break_force_n is not None:
         facts |= {
             "break_force_n": f"{obstacle.break_force_n:.2f}",

@@ -150,6 +150,8 @@ def sensed_message(visible: list[str], updated: list[SensedObstacle]) -> Any:
             broken=o.broken,
         )
         set_planar(entry.centroid_m, o.centroid_m)
+        if o.kind is not None:
+            entry.kind = o.kind
         scores = entry.scores
         scores.safe, scores.movable, scores.fragile = o.scores
     return out

@@ -77,7 +77,8 @@ BEACON: Final[dict[str, str]] = {
     "ended_s:double",
     "Damage": "obstacle:string counterpart:string force_n:double time_s:double",
     "SensedObstacle": "obstacle:string centroid_m:foxglove.Vector2 "
-    "density_kgm3:double friction:double scores:ClassBelief broken:bool",
+    "density_kgm3:double friction:double scores:ClassBelief broken:bool "
+    "kind:?string",
     "Sensed": "visible:*string updated:*SensedObstacle",
 }
 

@@ -5,13 +5,16 @@ from itertools import pairwise
 import mujoco
 import numpy as np
 
+from beacon_mj.constants import WALL_KIND
 from beacon_mj.episode.trace import Trace
 from beacon_mj.geometry import Array
 from beacon_mj.rendering.colors import Paint
+from beacon_mj.scene import Obstacle
 
 PATH_RGBA = (0.1, 0.45, 0.85, 0.9)
 TRAIL_RGBA = (0.1, 0.12, 0.2, 0.75)
 ARROW_RGBA = (0.85, 0.05, 0.05, 1.0)
+LABEL_RGBA = (0.05, 0.05, 0.1, 1.0)
 ARROW_M_PER_N = 0.015  #: Length of a contact arrow per newton.
 ARROW_MIN_N = 1.0  #: Smallest contact force that is drawn [N].
 
@@ -28,6 +31,7 @@ class Marks:
         self._tops = np.array([o.shape.height_m for o in obstacles])
         self._bodies = [model.body(o.id).id for o in obstacles]
         self._ids = {o.id: i for i, o in enumerate(obstacles)}
+        self._kinds = [shown_kind(o) for o in obstacles]
         self._positions = np.array(
             [trace.start_m, *(s.outcome.position_m for s in trace.steps)]
         )
@@ -53,6 +57,8 @@ class Marks:
                 rgba = np.array([*colour, 1.0])
                 size = np.array([radius, 0.004, 0.0])
                 _add(scene, mujoco.mjtGeom.mjGEOM_CYLINDER, size, place, rgba)
+            if (kind := self._kinds[i]) is not None:
+                _label(scene, place + np.array((0.0, 0.0, 0.1)), kind)
 
     def _draw_contacts(self, scene: mujoco.MjvScene, step: int) -> None:
         """Draw the forces on obstacles, above them so that nothing hides them."""
@@ -66,6 +72,21 @@ class Marks:
             start = np.array([*contact.point_m[:2], top + 0.08])
             end = start + force * ARROW_M_PER_N
             _connect(scene, mujoco.mjtGeom.mjGEOM_ARROW, 0.045, start, end, ARROW_RGBA)
+
+
+def shown_kind(obstacle: Obstacle) -> str | None:
+    """Return the label of an obstacle in pictures: its kind, but for walls."""
+    kind = obstacle.perceived.kind
+    return None if kind == WALL_KIND else kind
+
+
+def _label(scene: mujoco.MjvScene, place: Array, text: str) -> None:
+    """Write a word over a place."""
+    geom = _add(
+        scene, mujoco.mjtGeom.mjGEOM_LABEL, np.full(3, 0.1), place, np.array(LABEL_RGBA)
+    )
+    if geom is not None:
+        geom.label = text
 
 
 def _polyline(

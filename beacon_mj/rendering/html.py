@@ -20,7 +20,7 @@ from beacon_mj.geometry import Array
 from beacon_mj.recording.encoding import split_path
 from beacon_mj.recording.reader import Log, log_of
 from beacon_mj.recording.rebuild import rebuild_trace
-from beacon_mj.rendering.annotations import ARROW_M_PER_N, ARROW_MIN_N
+from beacon_mj.rendering.annotations import ARROW_M_PER_N, ARROW_MIN_N, shown_kind
 from beacon_mj.rendering.captions import describe
 from beacon_mj.rendering.colors import Paint
 from beacon_mj.rendering.files import replacing
@@ -143,6 +143,9 @@ class _Page:
             f"/obstacles/{obstacle.id}", shape.vertices, shape.faces, flat_shading=True
         )
         self._bodies[self._model.body(obstacle.id).id] = handle
+        if (kind := shown_kind(obstacle)) is not None:
+            above = (obstacle.x_m, obstacle.y_m, obstacle.shape.height_m + 0.1)
+            self._scene.add_label(f"/kinds/{obstacle.id}", kind, position=above)
         return handle
 
     def _show(self, step: int) -> None:

@@ -18,6 +18,7 @@ from beacon_mj.errors import LogError
 from beacon_mj.geometry import Array
 from beacon_mj.recording.reader import Log, log_of
 from beacon_mj.recording.rebuild import rebuild_trace
+from beacon_mj.rendering.annotations import shown_kind
 from beacon_mj.rendering.files import replacing
 from beacon_mj.scene import Obstacle, shapes
 from beacon_mj.scene_gen.mjcf import scene_mjcf
@@ -88,7 +89,7 @@ def _ways(trace: Trace) -> Iterator[str]:
     """Yield the band that the sensor swept and the way travelled."""
     west, south, east, north = trace.scene.workspace_m
     points = np.array([trace.start_m, *(s.outcome.position_m for s in trace.steps)])
-    reach = trace.scene.robot.radius_m + trace.protocol.sensing_radius_m
+    reach = trace.scene.robot.radius_m + trace.protocol.sensor(trace.scene).radius_m
     way = f'points="{_points(points)}" fill="none" stroke-linejoin="round"'
     yield (
         f'<clipPath id="arena"><rect x="{west}" y="{south}" width="{east - west}" '
@@ -124,6 +125,12 @@ def _obstacles(log: Log, trace: Trace) -> Iterator[str]:
             f"<title>{obstacle.id}: {obstacle.interaction}, "
             f"{obstacle.mass_kg:.2f} kg</title></polygon>"
         )
+        if (kind := shown_kind(obstacle)) is not None:
+            x, y = obstacle.x_m + 0.2, obstacle.y_m
+            yield (
+                f'<text x="{x:.2f}" y="{-y:.2f}" transform="scale(1,-1)" '
+                f'fill="#14213d">{kind}</text>'
+            )
 
 
 def _outline(log: Log, model: mujoco.MjModel, obstacle: Obstacle, step: int) -> Array:

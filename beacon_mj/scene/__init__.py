@@ -1,5 +1,11 @@
 """A scene: plain data that holds the whole truth about a world."""
 
+from beacon_mj.scene.learning import (
+    LearningCertificate,
+    LearningPart,
+    LearningStage,
+    Sensing,
+)
 from beacon_mj.scene.scene import (
     PROFILES,
     Certificate,
@@ -14,10 +20,14 @@ from beacon_mj.scene.scene import (
 __all__ = [
     "PROFILES",
     "Certificate",
+    "LearningCertificate",
+    "LearningPart",
+    "LearningStage",
     "Obstacle",
     "Perceived",
     "Profile",
     "Robot",
     "Scene",
+    "Sensing",
     "Surface",
 ]

@@ -14,27 +14,21 @@ from typing import Annotated, Literal
 
 import msgspec
 import shapely
-from msgspec import Meta
+from msgspec import UNSET, Meta, UnsetType
 
 from beacon_mj.constants import GRAVITY, InteractionClass
 from beacon_mj.geometry import Footprint, Footprints
 from beacon_mj.scene import shapes
+from beacon_mj.scene.learning import LearningCertificate, Sensing
+from beacon_mj.scene.record import Coordinate, Positive, Probability, Record
 
 Profile = Literal["truth", "noisy", "misleading"]
 PROFILES: tuple[Profile, ...] = ("truth", "noisy", "misleading")
 
-Coordinate = Annotated[float, Meta(ge=-100.0, le=100.0)]
-Positive = Annotated[float, Meta(gt=0.0, le=1e6)]
-Probability = Annotated[float, Meta(ge=0.0, le=1.0)]
+Kind = Annotated[str, Meta(pattern=r"^[a-z][a-z0-9_-]{0,30}$(?!\n)")]
 
 
-class _Record(
-    msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, dict=True
-):
-    """Base of the records a scene is made of."""
-
-
-class Robot(_Record, frozen=True, kw_only=True):
+class Robot(Record, frozen=True, kw_only=True):
     """A disc with a spring-mounted bumper ring and a force-limited velocity drive."""
 
     radius_m: Annotated[float, Meta(gt=0.02, le=1.0)] = 0.12
@@ -46,7 +40,7 @@ class Robot(_Record, frozen=True, kw_only=True):
     control_period_s: Annotated[float, Meta(ge=0.01, le=1.0)] = 0.1
 
 
-class Surface(_Record, frozen=True, kw_only=True):
+class Surface(Record, frozen=True, kw_only=True):
     """How the geoms of one interaction class look, spin, and roll."""
 
     rgba: tuple[Probability, Probability, Probability, Probability]
@@ -54,21 +48,24 @@ class Surface(_Record, frozen=True, kw_only=True):
     rolling_friction_m: Annotated[float, Meta(ge=0.0, le=1.0)] = 0.004
 
 
-class Perceived(_Record, frozen=True, kw_only=True):
+class Perceived(Record, frozen=True, kw_only=True, omit_defaults=True):
     """What perception reports about one obstacle; never more than that.
 
     Attributes:
         scores: Unnormalised class scores s(c), in the order of `CLASSES`.
         density_kgm3: Perceived density.
         friction: Perceived friction coefficient against the floor.
+        kind: What it looks like, such as "crate"; None, and then not in the file, where
+            looks tell nothing.
     """
 
     scores: tuple[Probability, Probability, Probability]
     density_kgm3: Positive
     friction: Positive
+    kind: Kind | None = None
 
 
-class Obstacle(_Record, frozen=True, kw_only=True):
+class Obstacle(Record, frozen=True, kw_only=True):
     """One obstacle: shape, pose of its footprint's centroid, class, and material.
 
     Attributes:
@@ -116,7 +113,7 @@ class Obstacle(_Record, frozen=True, kw_only=True):
         return self.breakaway_force_n < min(limit, force_n)
 
 
-class Certificate(_Record, frozen=True, kw_only=True):
+class Certificate(Record, frozen=True, kw_only=True):
     """What the generator proved about the scene, for the disc of the robot's radius.
 
     Attributes:
@@ -127,6 +124,7 @@ class Certificate(_Record, frozen=True, kw_only=True):
         door_ids: Movable obstacles whose removal opens the certified way through.
         margin_m: Extra clearance at which the collision-free path still exists.
         simulated: Outcome of the clairvoyant planner's run in MuJoCo, if certified.
+        learning: What learning by touch is worth; not in the file of other families.
     """
 
     collision_free_length_m: Positive | None
@@ -135,10 +133,21 @@ class Certificate(_Record, frozen=True, kw_only=True):
     door_ids: tuple[str, ...]
     margin_m: Annotated[float, Meta(ge=0.0, le=1.0)]
     simulated: str | None = None
+    learning: LearningCertificate | UnsetType = UNSET
 
 
-class Scene(_Record, frozen=True, kw_only=True):
-    """One world. See `to_json`, `load_scene`, and `check_scene`."""
+class Scene(Record, frozen=True, kw_only=True):
+    """One world. See `to_json`, `load_scene`, and `check_scene`.
+
+    Fields that do not concern a scene are `msgspec.UNSET`, and not in its file.
+
+    Attributes:
+        sensing: How its family is sensed, where that is the family's to say.
+        mission: Number of the mission that it is a day of.
+        day: Which day of the mission, from 0.
+        days: How many days the mission has. The days of one mission share seed and
+            room: obstacles with their ids, and what is perceived of them.
+    """
 
     schema_version: Literal[1] = 1
     family: Annotated[str, Meta(pattern=r"^[A-Za-z][A-Za-z0-9_-]{0,60}$(?!\n)")]
@@ -152,6 +161,10 @@ class Scene(_Record, frozen=True, kw_only=True):
     surfaces: tuple[Surface, Surface, Surface]
     obstacles: Annotated[tuple[Obstacle, ...], Meta(max_length=500)]
     certificate: Certificate
+    sensing: Sensing | UnsetType = UNSET
+    mission: Annotated[int, Meta(ge=0, le=10**9)] | UnsetType = UNSET
+    day: Annotated[int, Meta(ge=0, le=10**6)] | UnsetType = UNSET
+    days: Annotated[int, Meta(ge=1, le=10**6)] | UnsetType = UNSET
 
     @property
     def name(self) -> str:

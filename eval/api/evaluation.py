@@ -47,7 +47,7 @@ def evaluate(
             `path/to/file.py:Class`, or subclasses of `Planner`, also of a notebook. A
             pair `(planner, values)` configures one, with an instance of its `Config`
             or a mapping of fields; a mapping gives planners names.
-        families: Names of scene families; all of them by default.
+        families: Names of scene families; those of suite `paper-v1` by default.
         scenes_per_family: Default 100, or all that are stored in `scene_dir`.
         seed: Seed of scenes, perception and planners, >= 0.
         perception: What planners are told about class and material: `truth`, `noisy`

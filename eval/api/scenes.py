@@ -9,7 +9,7 @@ from rich.table import Table
 from beacon_mj.errors import RunError
 from beacon_mj.rendering.tables import Listing, add_line, plain_table
 from beacon_mj.scene import Profile, Scene
-from beacon_mj.scene_gen.family import family_paths, load_family
+from beacon_mj.scene_gen.family import default_families, family_paths, load_family
 from beacon_mj.scene_gen.generate import generate_scene
 from beacon_mj.scene_gen.mjcf import scene_mjcf
 
@@ -20,15 +20,21 @@ class FamilyInfo:
 
     Attributes:
         name: Its name.
+        suite: The suite it belongs to; those of `paper-v1` run where none is named.
         layout: How its obstacles are laid out.
-        obstacles: Smallest and largest number of obstacles; None where it says none.
+        obstacles: Smallest and largest number of obstacles that it draws; None where
+            walls and doors are all there is.
+        learning_value_s: What learning by touch is promised to be worth in each of its
+            scenes, at least [s]; None where nothing is promised.
         shapes: Names of its obstacles' prototypes.
         path: Its file; copy it to make a family of your own.
     """
 
     name: str
+    suite: str
     layout: str
     obstacles: tuple[int, int] | None
+    learning_value_s: float | None
     shapes: tuple[str, ...]
     path: Path
 
@@ -37,19 +43,31 @@ class Families(Listing[FamilyInfo]):
     """The scene families, as a sequence and as a table."""
 
     def tables(self) -> Sequence[Table | str]:
-        """Return a line a family, then where the files are."""
+        """Return a line a family, then its shapes, then where the files are."""
         table = plain_table(padding=(0, 1))
-        for name in ("family", "layout", "obstacles", "shapes"):
-            table.add_column(name)
+        for name in ("family", "suite", "layout", "obstacles", "learning"):
+            table.add_column(name, no_wrap=True)
         for each in self:
-            low, high = each.obstacles or ("?", "?")
-            shapes = ", ".join(each.shapes)
-            add_line(table, each.name, each.layout, f"{low}-{high}", shapes)
+            add_line(table, *_cells(each))
+        shapes = "\n".join(f"  {each.name}: {', '.join(each.shapes)}" for each in self)
         files = "\n".join(f"  {each.path}" for each in self)
         return [
             table,
+            "Shapes of the obstacles:\n" + shapes,
             "Copy a file to make a family of your own (--templates):\n" + files,
         ]
+
+
+def _cells(family: FamilyInfo) -> tuple[str, ...]:
+    """Return the line of one family."""
+    count, value = family.obstacles, family.learning_value_s
+    return (
+        family.name,
+        family.suite,
+        family.layout,
+        "-" if count is None else f"{count[0]}-{count[1]}",
+        "-" if value is None else f">= {value:g} s",
+    )
 
 
 def list_families(templates: str | Path | None = None) -> Families:
@@ -66,11 +84,14 @@ def list_families(templates: str | Path | None = None) -> Families:
     for name, path in family_paths(folder).items():
         family = load_family(name, folder)
         count = family.numerics.get("obstacle_count")
+        promised = "learning_value" in family.numerics
         found.append(
             FamilyInfo(
                 name=name,
+                suite=family.suite,
                 layout=family.layout,
                 obstacles=None if count is None else (int(count[0]), int(count[1])),
+                learning_value_s=family.value("learning_value") if promised else None,
                 shapes=tuple(p.name for p in family.prototypes),
                 path=path,
             )
@@ -95,7 +116,7 @@ def generate_scenes(
 
     Args:
         out: Folder to write to, new or empty.
-        families: Scene families; all of them by default.
+        families: Scene families; those of suite `paper-v1` by default.
         scenes_per_family: How many.
         seed: Seed of scenes and perception, >= 0.
         perception: What planners are told about class and material.
@@ -109,7 +130,7 @@ def generate_scenes(
         BeaconError: If a family is no good, or the folder holds files.
     """
     folder = None if templates is None else Path(templates)
-    names = [*dict.fromkeys(families or family_paths(folder))]
+    names = [*dict.fromkeys(families or default_families(folder))]
     loaded = [load_family(name, folder) for name in names]
     root = Path(out)
     _make_folder(root)

@@ -77,7 +77,7 @@ def regret(
     Args:
         planner: Name, `file.py:Class`, or class; see `evaluate`.
         settings: Values by `planner.field` or `protocol.field`; see `evaluate`.
-        families: Scene families; all of them by default.
+        families: Scene families; those of suite `paper-v1` by default.
         scenes_per_family: How many.
         seed: Seed of scenes, perception and planners.
         perception: Profile of the uncertain classes.
@@ -123,7 +123,7 @@ def ablate(
     Args:
         planner: Name, `file.py:Class`, or class; see `evaluate`.
         settings: Values by `planner.field` or `protocol.field`; see `evaluate`.
-        families: Scene families; all of them by default.
+        families: Scene families; those of suite `paper-v1` by default.
         scenes_per_family: How many.
         seed: Seed of scenes, perception and planners.
         templates: Folder of your own family templates.
@@ -190,7 +190,7 @@ def sweep(
         grid: `one-at-a-time`: each parameter alone, then the best ones together;
             `full`: every combination.
         trials: Configurations that optuna tries beyond the grid.
-        families: Scene families; all of them by default.
+        families: Scene families; those of suite `paper-v1` by default.
         scenes_per_family: Scenes of each split.
         select_seed: Seed of the scenes that select, >= 1000.
         seed: Seed of the scenes that the report is on.

@@ -15,8 +15,12 @@ from beacon_mj.eval.runs.scene_cache import cached_scene
 from beacon_mj.eval.runs.shards import Shard, share
 from beacon_mj.scene import Profile, Scene
 from beacon_mj.scene.files import load_scene
-from beacon_mj.scene_gen.family import family_paths, family_sha256, load_family
-from beacon_mj.scene_gen.own_layouts import find_layout
+from beacon_mj.scene_gen.family import (
+    default_families,
+    family_sha256,
+    load_family,
+)
+from beacon_mj.scene_gen.own_layouts import check_layout
 from beacon_mj.scene_gen.perception import perceive
 
 Logging = Literal["all", "failures", "none"]
@@ -105,9 +109,9 @@ def generated_scenes(
     Raises:
         TemplateError: If a family does not exist or its template is no good.
     """
-    names = dict.fromkeys(families or family_paths(templates))
+    names = dict.fromkeys(families or default_families(templates))
     for name in names:
-        find_layout(load_family(name, templates))
+        check_layout(load_family(name, templates))
     return _hashed_scenes([*names], scenes_per_family, templates)
 
 

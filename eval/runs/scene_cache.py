@@ -74,7 +74,7 @@ def generator_sources() -> Iterator[Path]:
     """
     root = Path(beacon_mj.__file__).parent
     yield from sorted(root.glob("*.py"))
-    for folder in ("mjcf_templates", "motion", "scene", "scene_gen"):
+    for folder in ("learning", "mjcf_templates", "motion", "scene", "scene_gen"):
         yield from sorted((root / folder).rglob("*.py"))
 
 

@@ -51,6 +51,7 @@ class mjtGeom(_Enum):
     mjGEOM_BOX: ClassVar[mjtGeom]
     mjGEOM_MESH: ClassVar[mjtGeom]
     mjGEOM_ARROW: ClassVar[mjtGeom]
+    mjGEOM_LABEL: ClassVar[mjtGeom]
 
 class mjtIntegrator(_Enum):
     mjINT_IMPLICITFAST: ClassVar[mjtIntegrator]

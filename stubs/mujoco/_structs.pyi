@@ -197,6 +197,7 @@ class MjvCamera:
     def type(self, value: SupportsIndex) -> None: ...
 
 class MjvGeom:
+    label: str
     objid: int
     objtype: int
     pos: _Singles

@@ -271,6 +271,10 @@ def test_lists(capsys: pytest.CaptureFixture[str]) -> None:
     out, _ = capsys.readouterr()
     for word in ("bug1, bug", "dstar-lite", "push-through.speed_share", "collision-"):
         assert word in out
+    (line,) = [row for row in out.splitlines() if "lookalike-doors " in row]
+    assert line.split() == [
+        "lookalike-doors", "learning-v1", "look-alikes", "-", ">=", "6", "s"
+    ]  # fmt: skip
 
 
 @pytest.mark.parametrize("planner", ["beacon", "beacon-voi", "semantic", "impact"])

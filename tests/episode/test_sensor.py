@@ -13,7 +13,7 @@ from beacon_mj.episode.protocol import Protocol
 from beacon_mj.episode.sensor import Sensor
 from beacon_mj.fidelity.benches import START_M, bench, block, obstacle
 from beacon_mj.interface import Observation
-from beacon_mj.scene import Obstacle, Perceived, Scene, shapes
+from beacon_mj.scene import Obstacle, Perceived, Scene, Sensing, shapes
 from beacon_mj.scene_gen.perception import perceive
 from beacon_mj.world import World
 from tests.worlds import cached_scene
@@ -316,7 +316,8 @@ def test_no_truth_can_be_reached_from_an_observation() -> None:
     kinds = {type(o).__module__.split(".")[0] + "." + type(o).__name__ for o in objects}
     assert kinds <= {
         "builtins.list", "builtins.tuple", "builtins.int", "builtins.float",
-        "builtins.str", "builtins.bool", "numpy.ndarray", "numpy.float64",
+        "builtins.str", "builtins.bool", "builtins.NoneType",
+        "numpy.ndarray", "numpy.float64",
         "beacon_mj.Observation", "beacon_mj.SensedObstacle", "beacon_mj.Footprint",
         "beacon_mj.Footprints", "beacon_mj.Contact", "beacon_mj.PushEvidence",
     }  # fmt: skip
@@ -338,3 +339,25 @@ def test_perceived_values_are_what_the_scene_stores() -> None:
     assert (sensed.density_kgm3, sensed.friction) == (123.0, 0.321)
     volume = crate.shape.volume_m3
     assert sensed.perceived_force_n == pytest.approx(0.321 * 123.0 * volume * 9.81)
+
+
+def test_the_kind_of_an_obstacle_crosses_and_stays_when_it_moves() -> None:
+    plain = ball("plain", START_M[0] + 0.4, START_M[1])
+    crate = ball("crate_like", START_M[0], START_M[1] + 0.6)
+    looks = msgspec.structs.replace(crate.perceived, kind="crate")
+    run = Run(bench(plain, msgspec.structs.replace(crate, perceived=looks)))
+    assert {o.id: o.kind for o in run.now.obstacles} == {
+        "plain": None, "crate_like": "crate"
+    }  # fmt: skip
+    run.drive(0.0, 0.4, 15)
+    run.drive(0.0, -0.4, 10)
+    assert {o.kind for o in run.now.obstacles} == {None, "crate"}
+    assert run.now.map_version > 1
+
+
+def test_a_scene_is_sensed_as_its_family_says() -> None:
+    far = ball("far", START_M[0] + 2.0, START_M[1])
+    scene = msgspec.structs.replace(bench(far), sensing=Sensing(radius_m=3.0))
+    assert ids(Run(scene).now) == ["far"]
+    assert ids(Run(scene, sensing_radius_m=1.0).now) == []
+    assert ids(Run(bench(far)).now) == []

@@ -32,7 +32,7 @@ def test_longest_episode_stays_small(tmp_path: Path) -> None:
     path = tmp_path / "x.mcap"
     scene = generate_scene("collision-shortcut", 16)
     live = run_episode(scene, Bug1(), name="bug1", listeners=[Recorder(path)])
-    assert len(live.steps) == Protocol().max_steps
+    assert len(live.steps) == Protocol().step_limit(live.scene)
     assert path.stat().st_size <= MOST_BYTES
     assert difference(live, read_trace(path)) is None
     assert [p.name for p in tmp_path.iterdir()] == ["x.mcap"]

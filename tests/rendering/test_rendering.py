@@ -23,6 +23,7 @@ from beacon_mj.rendering import (
     render_video,
     view_scene,
 )
+from beacon_mj.scene_gen.generate import generate_scene
 from beacon_mj.world import World
 from tests.recording.samples import PushThrough, record, scene_with_damage
 from tests.repository import REPOSITORY
@@ -257,3 +258,24 @@ def test_import_is_light() -> None:
         "assert not {'av', 'PIL', 'mcap', 'OpenGL'} & sys.modules.keys()"
     )
     subprocess.run([sys.executable, "-c", code], check=True, cwd=REPOSITORY)
+
+
+def test_kinds_are_written_into_the_drawing_and_the_log(tmp_path: Path) -> None:
+    path = tmp_path / "x.mcap"
+    scene = generate_scene("lookalike-doors", 0, 2000)
+    record(path, scene, PushThrough(), Protocol(max_steps=3))
+    text = plot_panel(path, tmp_path / "panel.svg").read_text()
+    for kind in ("crate", "bin", "cabinet"):
+        assert text.count(f">{kind}</text>") == 4
+    assert ">wall</text>" not in text
+    log = read_log(path)
+    kinds = {o.obstacle: o.kind for _, m in log.messages["/sensed"] for o in m.updated}
+    assert kinds == {o.id: o.perceived.kind for o in scene.obstacles}
+    ((_, picture), *_) = log.messages["/scene"]
+    facts = [dict((f.key, f.value) for f in e.metadata) for e in picture.entities]
+    assert sum(f.get("kind") == "crate" for f in facts) == 4
+    plain = tmp_path / "plain.mcap"
+    record(plain, generate_scene("sparse", 0), PushThrough(), Protocol(max_steps=3))
+    sensed = [o for _, m in read_log(plain).messages["/sensed"] for o in m.updated]
+    assert sensed
+    assert not any(o.HasField("kind") for o in sensed)

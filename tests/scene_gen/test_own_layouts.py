@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from beacon_mj.errors import TemplateError
-from beacon_mj.eval.runs.config import scene_refs
+from beacon_mj.eval.runs.config import generated_scenes, scene_refs
 from beacon_mj.eval.runs.experiment import experiment
 from beacon_mj.eval.runs.lineup import planner_entries
 from beacon_mj.eval.runs.scene_cache import VARIABLE, cached_scene
@@ -101,6 +101,7 @@ def test_a_run_of_others_is_described_without_running_its_layouts(
         ("raise ValueError('two\\nlines')", r"layouts.py:1: .*two lines"),
         (LINE.replace("line", "lime"), r"Unknown layout 'line'. Did you mean 'lime'\?"),
         (LINE.replace('"line"', '"scatter"'), "'scatter' is shipped"),
+        (LINE.replace('"line"', '"bays"'), "'bays' is shipped"),
         (LINE.replace("Y", "sampler.nothing"), r"layouts.py:8: the layout failed: "
          "AttributeError"),
         (LINE.replace("return [", "return 3, ["), "to return a list of obstacles but"),
@@ -139,3 +140,14 @@ def test_a_package_brings_layouts_by_entry_point(
     module.write_text(LINE.replace("Y", "2.5"))
     assert family_sha256("mine", folder) != before
     assert "line" not in LAYOUTS
+
+
+def test_a_learning_family_does_not_hide_that_its_folder_is_no_good(
+    tmp_path: Path,
+) -> None:
+    shipped = ROOT / "families" / "revisited-rooms.xml"
+    (tmp_path / "mine.xml").write_bytes(shipped.read_bytes())
+    assert generated_scenes(["mine"], 1, tmp_path)[1]
+    (tmp_path / "layouts.py").write_text(LINE.replace('"line"', '"bays"'))
+    with pytest.raises(TemplateError, match=r"'bays' is shipped"):
+        generated_scenes(["mine"], 1, tmp_path)

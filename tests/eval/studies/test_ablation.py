@@ -69,7 +69,7 @@ def test_a_run_for_each_situation_with_every_variant() -> None:
         )
     assert runs["misleading"].perception == "misleading"
     assert runs["noisy, 2 m"].protocol.sensing_radius_m == 2.0
-    assert runs["noisy"].protocol.sensing_radius_m == 1.0
+    assert runs["noisy"].protocol.sensing_radius_m is None  # The scene's, or 1 m.
 
 
 def test_what_the_user_switched_off_stays_off() -> None:

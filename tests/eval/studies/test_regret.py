@@ -108,7 +108,13 @@ NOISY = ["protocol.sensing_radius_m=0.5", "protocol.occlusion=true",
 
 def test_who_is_told_everything_is_told_it_exactly() -> None:
     runs, _ = regret_runs("beacon", NOISY, families=["sparse"], scenes_per_family=1)
-    assert runs["told"].protocol == Protocol(sensing_radius_m=100.0, max_steps=77)
+    assert runs["told"].protocol == Protocol(
+        sensing_radius_m=100.0,
+        occlusion=False,
+        pose_noise_m=0.0,
+        missed_detection=0.0,
+        max_steps=77,
+    )
     assert runs["near"].protocol.missed_detection == 0.2
     assert runs["near"].protocol.occlusion
 

@@ -1,0 +1,1 @@
+"""Families in which learning by touch is worth something, and by how much."""
