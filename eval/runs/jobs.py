@@ -83,7 +83,7 @@ def _episode(
     listeners = [] if path is None else [_recorder(path, e, seed)]
     trace = run_episode(
         scene,
-        Guarded(partial(_build, e), config.protocol.decision_limit_s),
+        Guarded(partial(_build, e)),
         name=e.name,
         protocol=config.protocol,
         seed=seed,
