@@ -8,7 +8,7 @@ from importlib.metadata import entry_points
 from pathlib import Path
 from types import ModuleType
 
-from beacon_mj.errors import PlannerError, unknown
+from beacon_mj.errors import PlannerError, describe, unknown
 from beacon_mj.planners.base import Planner
 
 GROUP = "beacon_mj.planners"  #: Entry-point group through which third parties join.
@@ -38,6 +38,12 @@ def planner_names() -> dict[str, str]:
     """
     third = {e.name: e.value for e in entry_points(group=GROUP)}
     return third | PAPER | OURS | REFERENCE
+
+
+def file_planner(spec: str) -> str | None:
+    """Return the class that `path/to/file.py:ClassName` names; None for a name."""
+    path, _, member = spec.rpartition(":")
+    return member if path.endswith(".py") else None
 
 
 def load_planner(spec: str) -> tuple[str, type[Planner]]:
@@ -79,8 +85,10 @@ def _from_file(spec: str, path: Path, name: str) -> type[Planner]:
     module = sys.modules[unique] = importlib.util.module_from_spec(found)
     try:
         found.loader.exec_module(module)
-    except (Exception, SystemExit) as error:
-        why = f"{type(error).__name__}: {error}".replace("\n", " ")
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:
+        why = describe(error)
         raise PlannerError(f"{path}: cannot be imported: {why}.") from error
     return _member(spec, module, name)
 

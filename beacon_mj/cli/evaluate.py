@@ -61,6 +61,15 @@ def evaluate(
             help="Go on with the run in --out; without --planner, with its options."
         ),
     ] = False,
+    isolate: Annotated[
+        bool | None,
+        Parameter(
+            negative="--no-isolate",
+            show_default=False,
+            help="Run every planner in a process of its own, or none; by default those "
+            "from files do.",
+        ),
+    ] = None,
     json: options.Json = False,
 ) -> int:
     """Run planners through scenes: every planner crosses every scene.
@@ -85,6 +94,7 @@ def evaluate(
         templates=templates,
         log=log,
         shard=shard,
+        isolate=isolate,
     )
     where = cluster or workers or os.cpu_count() or 1
     return run_evaluation(request, out, where, resume=resume, json=json)

@@ -39,6 +39,7 @@ class Request:
     templates: Path | None = None
     log: options.Log = "all"
     shard: str | None = None
+    isolate: bool | None = None
 
 
 def run_evaluation(
@@ -115,7 +116,9 @@ def _configured(request: Request) -> tuple[RunConfig, list[SceneRef]]:
     if scenes is not None and templates is not None:
         raise RunError("--templates: expected no templates with --scenes.")
     shard = None if request.shard is None else parse_shard(request.shard)
-    entries, protocol = cfg.planner_entries(request.planner, request.settings)
+    entries, protocol = cfg.planner_entries(
+        request.planner, request.settings, request.isolate
+    )
     episodes = request.episodes
     if scenes is None:
         episodes = EPISODES if episodes is None else episodes

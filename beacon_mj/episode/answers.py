@@ -46,20 +46,22 @@ def checked_command(answer: object, sensed: Mapping[str, object]) -> Command:
     if not isinstance(answer, Command):
         kind = one_line(type(answer).__name__)
         raise PlannerFailure(f"Expected act() to return a Command but it was {kind}.")
-    velocity = _floats(answer.velocity_mps)
-    if (
-        velocity is None
-        or velocity.shape != (2,)
-        or not np.abs(velocity).max() <= SPEED_MAX_MPS
-    ):
-        raise PlannerFailure(
-            "Expected a finite velocity of shape (2,), real numbers of at most 1e6 "
-            f"m/s, but it was {_shown(answer.velocity_mps)}."
-        )
     return Command(
-        velocity_mps=velocity,
+        velocity_mps=_velocity(answer.velocity_mps),
         give_up=_flag("give_up", answer.give_up),
         info=_info(answer.info, sensed),
+    )
+
+
+def _velocity(value: object) -> Array:
+    velocity = _floats(value)
+    if velocity is not None and velocity.shape == (2,):
+        x, y = velocity.tolist()
+        if abs(x) <= SPEED_MAX_MPS and abs(y) <= SPEED_MAX_MPS:
+            return velocity
+    raise PlannerFailure(
+        "Expected a finite velocity of shape (2,), real numbers of at most 1e6 m/s, "
+        f"but it was {_shown(value)}."
     )
 
 
@@ -112,7 +114,8 @@ def _path(value: object) -> Array | None:
             "Expected info.path_m of shape (m, 2), real numbers and at most "
             f"{PATH_POINTS} points, but it was {_shown(value)}."
         )
-    if path.size and not np.abs(path).max() <= COORDINATE_MAX_M:
+    flat = path.ravel()
+    if not flat.dot(flat) <= COORDINATE_MAX_M**2:  # NaN and infinity included.
         raise PlannerFailure(
             "Expected info.path_m to be finite and within 1e6 m but it was not."
         )

@@ -7,15 +7,15 @@ becomes a `PlannerFailure`. Only the user's own Ctrl-C or SIGTERM goes through.
 
 import time
 from collections.abc import Callable
-from contextlib import nullcontext
 from typing import Any
 
 from beacon_mj.episode.answers import PlannerFailure, checked_command
 from beacon_mj.episode.interrupts import (
     Overdue,
-    outer_limit,
+    begin_limit,
+    end_limit,
+    limited,
     raise_if_stopped,
-    time_limit,
 )
 from beacon_mj.episode.process_state import ProcessState
 from beacon_mj.episode.sealed import Sealer, sealed_task
@@ -99,15 +99,17 @@ class Door:
 
     def _call(self, call: Callable[..., Any], limit_s: float, *given: object) -> Any:
         """Call what is the planner's, or runs code of its values."""
-        inside = outer_limit()
+        outermost = not self._remote and begin_limit(limit_s)
         try:
-            with nullcontext() if self._remote else time_limit(limit_s):
-                value = self._contained(call, *given)
+            value = self._contained(call, *given)
         except Overdue:
-            if inside:
+            if not outermost:
                 raise
             text = f"TimeoutError: no decision within {limit_s:g} s"
             raise PlannerFailure(text, raised=True) from None
+        finally:
+            if outermost:
+                end_limit()
         raise_if_stopped()
         return value
 
@@ -119,7 +121,7 @@ class Door:
             raise
         except BaseException as error:
             raise_if_stopped()
-            if isinstance(error, Overdue) and outer_limit():
+            if isinstance(error, Overdue) and limited():
                 raise
             raise PlannerFailure(_why(error), raised=True) from None
 

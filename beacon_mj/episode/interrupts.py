@@ -5,15 +5,17 @@ told apart by what a signal's handler noted. Signals reach the main thread only:
 elsewhere nothing here does anything.
 """
 
+import math
 import signal
 import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
 from typing import Any
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
-_WAVES_S = 0.05  #: Time between two alarms, should the first be swallowed [s].
+_TICK_S = 0.05  #: Time between two looks at whether a call is overdue [s].
 
 
 class Overdue(BaseException):
@@ -25,40 +27,76 @@ class _State:
 
     watching = False
     stop: BaseException | None = None
-    armed = False
-
-
-def raise_if_stopped() -> None:
-    """Raise what the user's Ctrl-C or SIGTERM raised, should somebody have caught it.
-
-    Only below `watched`.
-    """
-    if _State.stop is not None and _in_main_thread():
-        raise _State.stop
-
-
-def outer_limit() -> bool:
-    """Whether a time limit is running, of this call or of one around it."""
-    return _State.armed and _in_main_thread()
+    deadline_s = math.inf
 
 
 @contextmanager
 def watched() -> Iterator[None]:
-    """Take note of Ctrl-C and SIGTERM in the body; their handlers do what they did."""
+    """Watch over the calls in the body: the user's signals, and time limits.
+
+    Handlers of Ctrl-C and SIGTERM do what they did. A timer of the system ticks all the
+    time, where it has one: setting one for each call would cost more than most calls.
+    """
     if _State.watching or not _in_main_thread():
         yield
         return
-    before = {number: signal.getsignal(number) for number in _SIGNALS}
-    mine = {n: _noting(h) for n, h in before.items() if callable(h)}
+    handlers: dict[signal.Signals, Any] = {}
+    for number in _SIGNALS:
+        if callable(handler := signal.getsignal(number)):
+            handlers[number] = _noting(handler)
+    if hasattr(signal, "setitimer"):
+        handlers[signal.SIGALRM] = _tick
+    before = {number: signal.getsignal(number) for number in handlers}
     _State.watching, _State.stop = True, None
     try:
-        for number, handler in mine.items():
+        for number, handler in handlers.items():
             signal.signal(number, handler)
+        if signal.SIGALRM in handlers:
+            signal.setitimer(signal.ITIMER_REAL, _TICK_S, _TICK_S)
         yield
     finally:
-        for number in mine:
-            signal.signal(number, before[number])
+        if signal.SIGALRM in handlers:
+            signal.setitimer(signal.ITIMER_REAL, 0.0)
+        for number, old in before.items():
+            signal.signal(number, old)
         _State.watching, _State.stop = False, None
+
+
+def raise_if_stopped() -> None:
+    """Raise what Ctrl-C or SIGTERM raised, should somebody have caught it."""
+    if _State.stop is not None and _in_main_thread():
+        raise _State.stop
+
+
+def begin_limit(limit_s: float) -> bool:
+    """Have `Overdue` raised, again and again, once `limit_s` is over.
+
+    Only below `watched`; and compiled code is not interrupted: a planner in a process
+    of its own is ended from outside.
+
+    Returns:
+        Whether this is the outermost limit, which `end_limit` must end; a limit inside
+        of another one is not set.
+    """
+    if _State.deadline_s < math.inf or not _in_main_thread():
+        return False
+    _State.deadline_s = time.monotonic() + limit_s
+    return True
+
+
+def end_limit() -> None:
+    """End the outermost time limit."""
+    _State.deadline_s = math.inf
+
+
+def limited() -> bool:
+    """Whether a time limit is running."""
+    return _State.deadline_s < math.inf and _in_main_thread()
+
+
+def _tick(signum: int, frame: FrameType | None) -> None:
+    if time.monotonic() > _State.deadline_s:
+        raise Overdue
 
 
 def _noting(handler: Callable[..., Any]) -> Callable[[int, FrameType | None], None]:
@@ -72,41 +110,5 @@ def _noting(handler: Callable[..., Any]) -> Callable[[int, FrameType | None], No
     return note
 
 
-@contextmanager
-def time_limit(limit_s: float) -> Iterator[None]:
-    """Raise `Overdue` in the body, again and again, once `limit_s` is over.
-
-    One limit at a time: the body of another one does not set its own. Where the system
-    has no interval timers, and against compiled code, this does nothing; a planner in
-    a process of its own is ended from outside.
-    """
-    if _State.armed or not (_in_main_thread() and hasattr(signal, "setitimer")):
-        yield
-        return
-    before = signal.signal(signal.SIGALRM, _raise_overdue)
-    _State.armed = True
-    try:
-        signal.setitimer(signal.ITIMER_REAL, limit_s, _WAVES_S)
-        yield
-    finally:
-        _disarm(before)
-
-
-def _disarm(before: Any) -> None:
-    while True:
-        try:
-            _State.armed = False
-            signal.setitimer(signal.ITIMER_REAL, 0.0)
-            signal.signal(signal.SIGALRM, before)
-            return
-        except Overdue:
-            continue  # One last alarm came in between.
-
-
-def _raise_overdue(signum: int, frame: FrameType | None) -> None:
-    if _State.armed:
-        raise Overdue
-
-
 def _in_main_thread() -> bool:
-    return threading.current_thread() is threading.main_thread()
+    return threading.get_ident() == threading.main_thread().ident

@@ -11,10 +11,11 @@ import msgspec
 from beacon_mj.constants import SCHEMA
 from beacon_mj.episode.protocol import Protocol
 from beacon_mj.errors import RunError, unknown
+from beacon_mj.eval.runs.isolation.host import describe_isolated
 from beacon_mj.eval.runs.overrides import Settings, configure, convert, parse_settings
 from beacon_mj.eval.runs.scene_cache import cached_scene
 from beacon_mj.eval.runs.shards import Shard, share
-from beacon_mj.planners.registry import ALIASES, PAPER, load_planner
+from beacon_mj.planners.registry import ALIASES, PAPER, file_planner, load_planner
 from beacon_mj.scene import Profile, Scene
 from beacon_mj.scene.files import load_scene
 from beacon_mj.scene_gen.family import family_paths, family_sha256, load_family
@@ -31,12 +32,14 @@ class PlannerEntry(msgspec.Struct, frozen=True, kw_only=True):
         spec: What it is loaded by: a name or `path/to/file.py:ClassName`.
         settings: Values given with `--set`, as text.
         config: All values of its configuration, defaults included.
+        isolated: Whether it runs in a process of its own.
     """
 
     name: str
     spec: str
     settings: dict[str, str]
     config: dict[str, Any]
+    isolated: bool = False
 
 
 class RunConfig(msgspec.Struct, frozen=True, kw_only=True):
@@ -82,34 +85,68 @@ class SceneRef:
 
 
 def planner_entries(
-    specs: Sequence[str], settings: Sequence[str]
+    specs: Sequence[str], settings: Sequence[str], isolate: bool | None = None
 ) -> tuple[tuple[PlannerEntry, ...], Protocol]:
     """Return the planners and the protocol that the user asked for.
 
     Args:
         specs: Names, `all`, or `file.py:Class`.
         settings: `planner.field=value` or `protocol.field=value`.
+        isolate: Whether planners run in processes of their own; if None, those from
+            files do.
 
     Raises:
-        PlannerError: If a planner, a field or a value is no good.
+        PlannerError: If a planner, a field or a value is no good, or an oracle is to be
+            isolated.
         RunError: If two planners have one name, or a setting names none of them.
     """
     wanted = [s for spec in specs for s in (PAPER if spec == "all" else [spec])]
-    loaded = {}
+    loaded: dict[str, tuple[str, bool]] = {}
     for spec in dict.fromkeys(ALIASES.get(s, s) for s in wanted):
-        name, cls = load_planner(spec)
+        member = file_planner(spec)
+        isolated = member is not None if isolate is None else isolate
+        name = member if isolated and member else load_planner(spec)[0]
         if name in loaded or name == "protocol":
             raise RunError(
                 f"Expected planners to have names of their own but {name!r} repeats."
             )
-        loaded[name] = (spec, cls)
+        loaded[name] = spec, isolated
     parsed = parse_settings([_canonical(s) for s in settings], ["protocol", *loaded])
+    protocol = _protocol(parsed)
     entries = []
-    for name, (spec, cls) in loaded.items():
+    for name, (spec, isolated) in loaded.items():
         own = dict(parsed.get(name, {}))
-        config = msgspec.to_builtins(configure(cls, own, name))
-        entries.append(PlannerEntry(name=name, spec=spec, settings=own, config=config))
-    return tuple(entries), _protocol(parsed)
+        config = configuration(spec, own, name, protocol if isolated else None)
+        entries.append(
+            PlannerEntry(
+                name=name, spec=spec, settings=own, config=config, isolated=isolated
+            )
+        )
+    return tuple(entries), protocol
+
+
+def configuration(
+    spec: str, settings: dict[str, str], name: str, isolated: Protocol | None
+) -> dict[str, Any]:
+    """Return all values of a planner's configuration, as plain data.
+
+    Args:
+        spec: What the planner is loaded by.
+        settings: Values given as text.
+        name: Its name in messages.
+        isolated: The protocol whose limits hold if the planner is only to be imported
+            in a process of its own; None to import it here.
+
+    Raises:
+        PlannerError: If the planner, a field or a value is no good.
+    """
+    if isolated is None:
+        config: dict[str, Any] = msgspec.to_builtins(
+            configure(load_planner(spec)[1], settings, name)
+        )
+        return config
+    limits = isolated.decision_limit_s, isolated.memory_limit_mib
+    return describe_isolated(spec, settings, name, *limits)
 
 
 def _canonical(setting: str) -> str:

@@ -6,11 +6,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from beacon_mj.episode.protocol import Protocol
 from beacon_mj.episode.run import Listener, run_episode
 from beacon_mj.episode.trace import Outcome, Trace
 from beacon_mj.eval.metrics.measure import measure
 from beacon_mj.eval.metrics.row import Row
 from beacon_mj.eval.runs.config import PlannerEntry, RunConfig, SceneRef, load_ref
+from beacon_mj.eval.runs.isolation.host import Who, isolated
 from beacon_mj.eval.runs.overrides import configure
 from beacon_mj.eval.runs.sandbox import Guarded
 from beacon_mj.planners.base import Planner
@@ -83,7 +85,7 @@ def _episode(
     listeners = [] if path is None else [_recorder(path, e, seed)]
     trace = run_episode(
         scene,
-        Guarded(partial(_build, e)),
+        _planner(e, config.protocol),
         name=e.name,
         protocol=config.protocol,
         seed=seed,
@@ -94,6 +96,18 @@ def _episode(
     if path is not None and config.log == "failures" and row.clean_success:
         path.unlink()
     return row
+
+
+def _planner(entry: PlannerEntry, protocol: Protocol) -> Planner:
+    if not entry.isolated:
+        return Guarded(partial(_build, entry))
+    who = Who(
+        entry.spec,
+        tuple(entry.settings.items()),
+        entry.name.partition("[")[0],
+        protocol.memory_limit_mib,
+    )
+    return isolated(who, protocol.decision_limit_s)
 
 
 def _build(entry: PlannerEntry) -> Planner:

@@ -4,11 +4,10 @@ import itertools
 from collections.abc import Mapping, Sequence
 from typing import Literal, NamedTuple
 
-import msgspec
-
+from beacon_mj.episode.protocol import Protocol
 from beacon_mj.errors import RunError
-from beacon_mj.eval.runs.config import PlannerEntry
-from beacon_mj.eval.runs.overrides import configure, field_names
+from beacon_mj.eval.runs.config import PlannerEntry, configuration
+from beacon_mj.eval.runs.overrides import field_names
 from beacon_mj.planners.registry import load_planner
 
 Grid = Literal["one-at-a-time", "full"]
@@ -81,14 +80,14 @@ def settings_of(lines: Sequence[Swept], grid: Grid) -> list[dict[str, str]]:
 
 def variant(base: PlannerEntry, settings: Settings) -> PlannerEntry:
     """Return a planner with some values changed, under a name that says which."""
-    cls = load_planner(base.spec)[1]
     own = {**base.settings, **settings}
-    config = msgspec.to_builtins(configure(cls, own, base.name))
+    limits = Protocol() if base.isolated else None
     return PlannerEntry(
         name=variant_name(base.name, settings),
         spec=base.spec,
         settings=own,
-        config=config,
+        config=configuration(base.spec, own, base.name, limits),
+        isolated=base.isolated,
     )
 
 
