@@ -7,7 +7,7 @@ record or an array object that was altered by force (`object.__setattr__`,
 
 from dataclasses import fields, replace
 from operator import attrgetter
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 

@@ -12,7 +12,6 @@ import socket
 import subprocess
 import sys
 import threading
-import time
 from collections.abc import Mapping
 from typing import Any, ClassVar, NamedTuple
 
@@ -82,7 +81,8 @@ class Child:
                 pass_fds=(theirs.fileno(),),
                 start_new_session=True,  # No Ctrl-C of the terminal's reaches it.
             )
-        self._receive(0, time.monotonic() + START_S, "the process to start", START_S)
+        self._channel.limit(START_S)
+        self._receive(0, "start of its process", START_S)
 
     def ask(self, request: wire.Request, what: str, limit_s: float) -> wire.Reply:
         """Return the answer to a request; a child that gives none is ended.
@@ -95,9 +95,9 @@ class Child:
         Raises:
             PlannerFailure: If there is no answer, or it says that the planner failed.
         """
-        deadline = time.monotonic() + limit_s
         try:
-            self._channel.send_request(request, deadline)
+            self._channel.limit(limit_s)
+            self._channel.send_request(request)
         except TimeoutError:
             self.end()
             raise _late(what, limit_s) from None
@@ -106,7 +106,7 @@ class Child:
         except BaseException:
             self.end()
             raise
-        reply = self._receive(request.serial, deadline, what, limit_s)
+        reply = self._receive(request.serial, what, limit_s)
         if isinstance(reply, wire.Failed):
             raise PlannerFailure(reply.text, raised=reply.raised)
         return reply
@@ -128,11 +128,9 @@ class Child:
             return ended  # It hangs in the kernel; it is init's now.
         return ended
 
-    def _receive(
-        self, serial: int, deadline: float, what: str, limit_s: float
-    ) -> wire.Reply:
+    def _receive(self, serial: int, what: str, limit_s: float) -> wire.Reply:
         try:
-            reply = self._channel.receive_reply(deadline)
+            reply = self._channel.receive_reply()
         except TimeoutError:
             self.end()
             raise _late(what, limit_s) from None

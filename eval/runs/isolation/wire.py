@@ -5,6 +5,7 @@ with checked types: whatever the child sends, nothing in the parent is run by it
 message is its length in four bytes, then itself.
 """
 
+import math
 import pickle
 import socket
 import struct
@@ -26,6 +27,7 @@ from beacon_mj.interface import (
 )
 
 REPLY_MAX_B = 16 * 2**20  #: Largest reply [bytes]; a path of 10 000 points has 160 kB.
+_PART_B = 2**16
 _LENGTH = struct.Struct("!I")
 
 
@@ -102,67 +104,75 @@ _decoder: msgspec.msgpack.Decoder[Reply] = msgspec.msgpack.Decoder(Reply)
 
 
 class Channel:
-    """One end of the connection."""
+    """One end of the connection. One message is under way at a time."""
 
     def __init__(self, end: socket.socket) -> None:
         """Use one end of a pair of sockets."""
         self._socket = end
+        self._limit_s = math.inf
 
-    def send_request(self, request: Request, deadline: float) -> None:
-        """Send a request; TimeoutError after `deadline` (`time.monotonic`)."""
-        self._send(pickle.dumps(request, protocol=5), deadline)
+    def limit(self, limit_s: float) -> None:
+        """Have every transfer from now on take at most `limit_s`."""
+        if limit_s != self._limit_s:
+            self._limit_s = limit_s
+            self._socket.settimeout(limit_s)
+
+    def send_request(self, request: Request) -> None:
+        """Send a request; TimeoutError after the limit."""
+        self._send(pickle.dumps(request, protocol=5))
 
     def receive_request(self) -> Request:
         """Wait for a request; EOFError if the parent is gone."""
-        request: Request = pickle.loads(self._receive(None, None))
+        request: Request = pickle.loads(self._receive(2**32))
         return request
 
     def send_reply(self, reply: Reply) -> None:
         """Send a reply."""
-        self._send(_encoder.encode(reply), None)
+        self._send(_encoder.encode(reply))
 
-    def receive_reply(self, deadline: float) -> Reply:
+    def receive_reply(self) -> Reply:
         """Return a reply of checked types.
 
         Raises:
-            TimeoutError: After `deadline`.
+            TimeoutError: After the limit.
             EOFError: If the other end is closed.
             ValueError: If it is no reply.
         """
-        return _decoder.decode(self._receive(deadline, REPLY_MAX_B))
+        return _decoder.decode(self._receive(REPLY_MAX_B))
 
     def close(self) -> None:
         """Close this end."""
         self._socket.close()
 
-    def _send(self, body: bytes, deadline: float | None) -> None:
-        self._limit(deadline)
+    def _send(self, body: bytes) -> None:
         self._socket.sendall(_LENGTH.pack(len(body)) + body)
 
-    def _receive(self, deadline: float | None, most: int | None) -> bytes:
-        (size,) = _LENGTH.unpack(self._exactly(_LENGTH.size, deadline))
-        if most is not None and size > most:
+    def _receive(self, most: int) -> bytes:
+        began, head = time.monotonic(), _LENGTH.size
+        data = self._part(began)
+        while len(data) < head:
+            data += self._part(began)
+        (size,) = _LENGTH.unpack(data[:head])
+        if size > most:
             raise ValueError(f"a message of {size} bytes")
-        return self._exactly(size, deadline)
+        if len(data) < head + size:
+            parts, have = [data], len(data)
+            while have < head + size:
+                parts.append(self._part(began))
+                have += len(parts[-1])
+            data = b"".join(parts)
+        if len(data) > head + size:
+            raise ValueError("more than one message")
+        return data[head:]
 
-    def _exactly(self, size: int, deadline: float | None) -> bytes:
-        parts, left = [], size
-        while left:
-            self._limit(deadline)
-            part = self._socket.recv(min(left, 2**20))
-            if not part:
-                raise EOFError("the other end is closed")
-            parts.append(part)
-            left -= len(part)
-        return b"".join(parts)
-
-    def _limit(self, deadline: float | None) -> None:
-        if deadline is None:
-            return
-        left = deadline - time.monotonic()
-        if left <= 0.0:
+    def _part(self, began: float) -> bytes:
+        """Return what comes next; whoever sends it in drops has no more time."""
+        if time.monotonic() - began > self._limit_s:
             raise TimeoutError
-        self._socket.settimeout(left)
+        part = self._socket.recv(_PART_B)
+        if not part:
+            raise EOFError("the other end is closed")
+        return part
 
 
 class Changes:
