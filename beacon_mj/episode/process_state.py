@@ -35,6 +35,8 @@ class ProcessState:
         self._environment = dict(os.environ)
         self._collecting = gc.isenabled()
         self._handlers = _handlers()
+        self._mask = os.umask(0)
+        os.umask(self._mask)
 
     def run(self, call: Any, *arguments: Any) -> Any:
         """Call a planner, then put back what the episode itself depends on."""
@@ -53,6 +55,7 @@ class ProcessState:
         """Put back everything, at the end of the episode."""
         self.run(int)
         sys.stdin, sys.stdout, sys.stderr = self._streams
+        os.umask(self._mask)
         if os.environ != self._environment:
             os.environ.clear()
             os.environ.update(self._environment)
