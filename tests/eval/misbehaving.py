@@ -69,7 +69,7 @@ class Case(NamedTuple):
 
 _RAISED = {
     "ValueError": ("raise ValueError('by hand')", "ValueError: by hand"),
-    "Exit": ("raise SystemExit(0)", "tried to end the process"),
+    "Exit": ("raise SystemExit(0)", "SystemExit: 0"),
     "Interrupt": ("raise KeyboardInterrupt", "KeyboardInterrupt"),
     "Generator": ("raise GeneratorExit", "GeneratorExit"),
     "Base": ("raise BaseException('base')", "BaseException: base"),
@@ -87,19 +87,19 @@ _RAISED = {
     "Recursion": ("deep()", "RecursionError"),
     "Stops": ("raise StopIteration", "StopIteration"),
 }
-_LATE = "TimeoutError: no "
+LATE = "TimeoutError: no "
 _LOOPS = {
-    "Loop": ("while True: pass", _LATE),
+    "Loop": ("while True: pass", LATE),
     "Swallows": (
         "while True:\n    try:\n        while True: pass\n"
         "    except BaseException: pass",
-        _LATE,
+        LATE,
     ),
-    "Compiled": ("sum(itertools.repeat(0))", _LATE),
+    "Compiled": ("sum(itertools.repeat(0))", LATE),
     "Disarms": (
         "signal.setitimer(signal.ITIMER_REAL, 0)\n"
         "signal.signal(signal.SIGALRM, signal.SIG_IGN)\nwhile True: time.sleep(60)",
-        _LATE,
+        LATE,
     ),
 }
 _ENDS = {
