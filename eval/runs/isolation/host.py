@@ -68,7 +68,7 @@ class Child:
         """Start the process unless it runs."""
         if self._process is not None:
             return
-        ours, theirs = socket.socketpair()
+        ours, theirs = (_beside_streams(end) for end in socket.socketpair())
         in_main = threading.current_thread() is threading.main_thread()
         boot = [sys.path, theirs.fileno(), os.getpid(), self._memory_mib, in_main]
         with theirs:
@@ -236,6 +236,15 @@ def describe_isolated(
     finally:
         child.end()
     return reply.config if isinstance(reply, wire.Ready) else {}
+
+
+def _beside_streams(end: socket.socket) -> socket.socket:
+    """Return a socket whose number is no standard stream's, should one be closed."""
+    import fcntl
+
+    with end:
+        number = fcntl.fcntl(end.fileno(), fcntl.F_DUPFD_CLOEXEC, 3)
+    return socket.socket(fileno=number)
 
 
 def _registered(child: Child) -> Child:

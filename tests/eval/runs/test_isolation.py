@@ -242,6 +242,19 @@ def test_a_command_keeps_its_output_and_says_who_was_isolated(tmp_path: Path) ->
     assert len(load_rows(tmp_path / "run")) == 2
 
 
+def test_closed_streams_do_not_matter(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    code = (
+        "import os; os.closerange(0, 3)\n"
+        "from beacon_mj.eval.runs.isolation.host import describe_isolated\n"
+        f"found = describe_isolated({hostile('Harmless')!r}, {{}}, 'H', 30.0, 4096)\n"
+        f"open({str(out)!r}, 'w').write(repr(found))"
+    )
+    environment = os.environ | {"PYTHONPATH": str(REPOSITORY)}
+    subprocess.run([sys.executable, "-c", code], env=environment, check=True)
+    assert out.read_text() == "{'at': 3, 'seed': -1}"
+
+
 @pytest.mark.parametrize("planner", ["Hangs", "Harmless"])
 def test_the_process_of_a_killed_run_ends(planner: str, tmp_path: Path) -> None:
     parent = subprocess.Popen(
