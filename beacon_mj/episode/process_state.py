@@ -35,8 +35,7 @@ class ProcessState:
         self._environment = dict(os.environ)
         self._collecting = gc.isenabled()
         self._handlers = _handlers()
-        self._mask = os.umask(0)
-        os.umask(self._mask)
+        self._mask = _mask()
 
     def run(self, call: Any, *arguments: Any) -> Any:
         """Call a planner, then put back what the episode itself depends on."""
@@ -55,7 +54,8 @@ class ProcessState:
         """Put back everything, at the end of the episode."""
         self.run(int)
         sys.stdin, sys.stdout, sys.stderr = self._streams
-        os.umask(self._mask)
+        if self._mask is not None:
+            os.umask(self._mask)
         if os.environ != self._environment:
             os.environ.clear()
             os.environ.update(self._environment)
@@ -75,10 +75,23 @@ def _folder() -> str | None:
 
 def _handlers() -> dict[int, Any]:
     """Return the handlers of the signals that stop a run; only the main thread's."""
-    if threading.current_thread() is not threading.main_thread():
+    if not _in_main_thread():
         return {}
     found = {n: signal.getsignal(n) for n in (signal.SIGINT, signal.SIGTERM)}
     return {int(n): handler for n, handler in found.items() if handler is not None}
+
+
+def _mask() -> int | None:
+    """Return the mask of new files. To read it is to set it: in one thread only."""
+    if not _in_main_thread():
+        return None
+    mask = os.umask(0o077)
+    os.umask(mask)
+    return mask
+
+
+def _in_main_thread() -> bool:
+    return threading.current_thread() is threading.main_thread()
 
 
 def _set_filters(filters: list[Any]) -> None:

@@ -24,6 +24,7 @@ from beacon_mj.interface import Command, Observation, Task
 START_S = 120.0  #: Time for an interpreter to start and import this package [s].
 LOAD_S = 120.0  #: Time for a planner's file to be imported, to see what it is [s].
 END_S = 10.0  #: Time for a process that was killed to be gone [s].
+POSSIBLE = os.name == "posix"  #: Whether this system has what it takes.
 MOST = 16  #: Processes that one worker keeps; of more, the longest unused ends.
 _BOOT = """
 import json, sys
@@ -221,8 +222,13 @@ def describe_isolated(
     """Return the configuration of a planner without importing it here.
 
     Raises:
-        PlannerError: If the planner cannot be loaded, or a setting is no good.
+        PlannerError: If the planner cannot be loaded, or a setting is no good, or this
+            system cannot isolate.
     """
+    if not POSSIBLE:
+        raise PlannerError(
+            f"{spec}: a process of its own needs a POSIX system. Use --no-isolate."
+        )
     child = Child(memory_mib)
     request = wire.Describe(child.next_serial(), spec, dict(settings), name)
     try:
