@@ -44,7 +44,9 @@ class Memory(NamedTuple):
 
 def sealed_array(array: Array) -> Array:
     """Return a read-only copy of an array."""
-    return Memory.of(array).array()
+    if array.dtype is not _FLOAT:
+        array = np.asarray(array, _FLOAT)
+    return np.ndarray(array.shape, _FLOAT, array.tobytes())
 
 
 def sealed_footprint(footprint: Footprint) -> Footprint:
