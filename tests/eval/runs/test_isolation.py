@@ -228,6 +228,21 @@ def test_one_process_serves_all_episodes_and_is_replaced_when_it_died(
     assert found[1:] == ["RuntimeError: alive"] * 2
 
 
+def test_a_kept_process_reads_an_edited_file_and_follows_to_another_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    tell = "raise RuntimeError(f'{mark} {{os.getpid()}} {{os.getcwd()}}')"
+    found = []
+    for mark, folder in (("a", tmp_path), ("bc", tmp_path), ("bc", tmp_path / "sub")):
+        folder.mkdir(exist_ok=True)
+        monkeypatch.chdir(folder)
+        case = Case("Teller", "act", tell.format(mark=mark), None)
+        found.append(details(case, tmp_path)[0].split()[1:])
+    (a, one, here), (b, same, _), (_, other, there) = found
+    assert (a, b, here, there) == ("a", "bc", str(tmp_path), str(tmp_path / "sub"))
+    assert one == same != other
+
+
 def test_a_forked_process_ends_with_its_planner(tmp_path: Path) -> None:
     mark = tmp_path / "forked"
     code = (
