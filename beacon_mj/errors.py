@@ -6,6 +6,9 @@ The command line prints any of them in one line and exits with status 2.
 import difflib
 from collections.abc import Iterable
 
+#: Longest text about an error that goes into a row or onto the terminal.
+DETAIL_CHARS = 1000
+
 
 class BeaconError(Exception):
     """Root of every error that a user of beacon-mj can cause or meet."""
@@ -48,3 +51,26 @@ def _ends_alike(name: str, names: list[str]) -> list[str]:
     ends = {other.rpartition(".")[2]: other for other in names}
     near = difflib.get_close_matches(name.rpartition(".")[2], ends, n=1)
     return [ends[end] for end in near]
+
+
+def one_line(text: str, limit: int = DETAIL_CHARS) -> str:
+    """Return a text as one line that every file and terminal can show.
+
+    Spaces are joined; control characters, lone surrogates and whatever else cannot be
+    printed are escaped, and what is too long is cut. Of its own result it returns the
+    same again.
+    """
+    head = " ".join(text[: 2 * limit].split())
+    if not head.isprintable():
+        head = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in head)
+    return head if len(head) <= limit else head[: limit - 3] + "..."
+
+
+def describe(error: BaseException) -> str:
+    """Return an exception as one line, even if its own text cannot be had."""
+    name = one_line(str(type.__dict__["__name__"].__get__(type(error))))
+    try:
+        text = one_line(str.__str__(str(error)))
+    except BaseException as second:
+        text = f"(no text: {type(second).__name__} in its __str__)"
+    return f"{name}: {text}" if text else name

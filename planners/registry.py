@@ -12,7 +12,7 @@ from importlib.metadata import entry_points
 from pathlib import Path
 from types import ModuleType
 
-from beacon_mj.errors import PlannerError, unknown
+from beacon_mj.errors import PlannerError, describe, unknown
 from beacon_mj.planners.base import Planner
 
 GROUP = "beacon_mj.planners"  #: Entry-point group through which third parties join.
@@ -42,6 +42,18 @@ def planner_names() -> dict[str, str]:
     """
     third = {e.name: e.value for e in entry_points(group=GROUP)}
     return third | PAPER | OURS | REFERENCE
+
+
+def file_planner(spec: str) -> str | None:
+    """Return the class that `path/to/file.py:ClassName` names; None for a name."""
+    path, _, member = spec.rpartition(":")
+    return member if path.endswith(".py") else None
+
+
+def whole_spec(spec: str) -> str:
+    """Return a spec that means the same planner in every folder."""
+    path, colon, member = spec.rpartition(":")
+    return f"{Path(path).resolve()}{colon}{member}" if path.endswith(".py") else spec
 
 
 def load_planner(spec: str) -> tuple[str, type[Planner]]:
@@ -90,7 +102,7 @@ def _file_module(path: Path) -> ModuleType:
     stays in `sys.modules`, where pickling and dataclasses look for it.
 
     Raises:
-        ImportError: Whatever the file raises.
+        ImportError: Whatever the file raises, but for Ctrl-C.
     """
     source = path.read_bytes()
     digest = hashlib.sha256(os.fsencode(path) + b"\0" + source).hexdigest()
@@ -106,11 +118,12 @@ def _file_module(path: Path) -> ModuleType:
     try:
         with _Neighbours(package, path.parent):
             exec(compile(source, path, "exec", dont_inherit=True), vars(module))
-    except (Exception, SystemExit) as error:
+    except BaseException as error:
         for known in [n for n in sys.modules if n.startswith(package)]:
             del sys.modules[known]
-        why = f"{type(error).__name__}: {error}".replace("\n", " ")
-        raise ImportError(why) from error
+        if isinstance(error, KeyboardInterrupt):
+            raise
+        raise ImportError(describe(error)) from error
     return module
 
 

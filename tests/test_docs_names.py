@@ -1,6 +1,7 @@
 """Every name of ours that the documentation sets as code exists, where it says."""
 
 import ast
+import builtins
 import functools
 import pkgutil
 import re
@@ -16,8 +17,8 @@ PAGES = [*sorted((REPOSITORY / "docs").glob("*.md")), REPOSITORY / "README.md"]
 FOLDERS = ("beacon_mj", "eval", "planners", "scene_gen", "mjcf_templates")
 #: Files that the reader writes, or that a run writes under a number.
 READERS = re.compile(r"(mine|file|layouts|lazy|study)\.py|scene_\d+\.(json|xml)")
-#: Words of other programs.
-FOREIGN = {"use_sim_time", "DeprecationWarning", "SkylakeX", "SandyBridge"}
+#: Words of Python, and of other programs.
+FOREIGN = {*dir(builtins), "use_sim_time", "SandyBridge", "SkylakeX"}
 #: Names that are no modules: groups of entry points.
 GROUPS = {"beacon_mj.layouts"}
 

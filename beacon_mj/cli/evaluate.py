@@ -62,6 +62,15 @@ def evaluate(
             help="Go on with the run in --out; without --planner, with its options."
         ),
     ] = False,
+    isolate: Annotated[
+        bool | None,
+        Parameter(
+            negative="--no-isolate",
+            show_default=False,
+            help="Run every planner in a process of its own, or none; by default those "
+            "from files do.",
+        ),
+    ] = None,
     json: options.Json = False,
 ) -> None:
     """Run planners through scenes: every planner crosses every scene.
@@ -87,6 +96,7 @@ def evaluate(
         workers=workers,
         cluster=cluster,
         shard=shard,
+        isolate=isolate,
         log=log,
         resume=resume,
         progress=beacon_mj.show_progress,

@@ -1,18 +1,16 @@
 """Does a planner keep the contract? A public check, run over everything registered."""
 
-import math
 from collections.abc import Callable
-from dataclasses import fields, is_dataclass
-from typing import Any
+from dataclasses import is_dataclass
 
-import numpy as np
-
+from beacon_mj.episode.answers import PlannerFailure
+from beacon_mj.episode.door import Door
+from beacon_mj.episode.interrupts import watched
 from beacon_mj.episode.protocol import Protocol
 from beacon_mj.episode.rollout import truth_about
 from beacon_mj.episode.run import make_task, run_episode
 from beacon_mj.episode.sensor import Sensor
 from beacon_mj.errors import PlannerError
-from beacon_mj.interface import Command, Observation, PlannerInfo, Task
 from beacon_mj.planners.base import Planner
 from beacon_mj.planners.oracle.truth import Oracle
 from beacon_mj.scene import Scene
@@ -28,8 +26,9 @@ def check_planner(
     """Check that a planner keeps its contract (see `Planner`).
 
     It is built from its defaults, driven through a scene twice, and must be a
-    deterministic function of what it observes, leave the observation as it was, and
-    return commands with a finite velocity and sound reasons.
+    deterministic function of what it observes, not write to what it is given, and
+    return commands with a finite velocity and sound reasons: it goes through the same
+    door as in an evaluation.
 
     Args:
         planner: A planner's class, or one that was built.
@@ -85,87 +84,36 @@ def _drive(
     protocol = Protocol()
     world = World(scene)
     sensor = Sensor(world, protocol)
-    task = make_task(scene, protocol, seed=1)
-    if isinstance(planner, Oracle):
-        planner.set_truth(truth_about(scene, protocol, run_episode))
-    _guarded(name, "reset", planner.reset, task)
+    door = Door(planner, protocol.decision_limit_s)
+    oracle = isinstance(planner, Oracle)
+    truth = truth_about(scene, protocol, run_episode) if oracle else None
+    try:
+        with watched():
+            method = "reset"
+            door.reset(make_task(scene, protocol, seed=1), truth)
+            method = "act"
+            return _commands(door, world, sensor, steps)
+    except PlannerFailure as failure:
+        if not failure.raised:
+            raise PlannerError(f"{name}: {failure}") from failure
+        raise PlannerError(
+            f"{name}: expected {method}() not to raise but it raised {failure}."
+        ) from failure
+    finally:
+        door.close()
+
+
+def _commands(
+    door: Door, world: World, sensor: Sensor, steps: int
+) -> list[tuple[float, ...]]:
+    """Return what is commanded over some steps, or until the planner gives up."""
     observation = sensor.observe(None, 1.0)
     commands = []
     for _ in range(steps):
-        before = _frozen(observation)
-        command = _guarded(name, "act", planner.act, observation)
-        if not _same(before, _frozen(observation)):
-            raise PlannerError(
-                f"{name}: expected act() to leave the observation alone."
-            )
-        velocity = _check_command(name, command, task, observation)
+        command, _ = door.decide(observation)
+        velocity = command.velocity_mps
         commands.append((*velocity.tolist(), float(command.give_up)))
         if command.give_up:
             break
         observation = sensor.observe(world.step(velocity), 1.0)
     return commands
-
-
-def _guarded(name: str, method: str, call: Callable[[Any], Any], argument: Any) -> Any:
-    try:
-        return call(argument)
-    except Exception as error:
-        raise PlannerError(
-            f"{name}: expected {method}() not to raise but it raised "
-            f"{type(error).__name__}: {error}."
-        ) from error
-
-
-def _check_command(
-    name: str, command: object, task: Task, observation: Observation
-) -> np.ndarray:
-    if not isinstance(command, Command):
-        raise PlannerError(
-            f"{name}: expected act() to return a Command but it was "
-            f"{type(command).__name__}."
-        )
-    velocity = np.asarray(command.velocity_mps, dtype=float)
-    if velocity.shape != (2,) or not np.isfinite(velocity).all():
-        raise PlannerError(
-            f"{name}: expected a finite velocity of shape (2,) but it was {velocity}."
-        )
-    _check_info(name, command.info, observation)
-    return velocity
-
-
-def _check_info(name: str, info: PlannerInfo, observation: Observation) -> None:
-    known = {o.id for o in observation.obstacles}
-    for obstacle, p in info.beliefs.items():
-        if obstacle not in known:
-            raise PlannerError(
-                f"{name}: expected beliefs about sensed obstacles but {obstacle!r} "
-                "was not sensed."
-            )
-        one = math.isclose(math.fsum(p), 1.0, abs_tol=1e-6)
-        if len(p) != 3 or min(p) < 0.0 or not one:
-            raise PlannerError(
-                f"{name}: expected a belief to be three probabilities that sum to 1 "
-                f"but that about {obstacle!r} was {p}."
-            )
-    shape = (0, 2) if info.path_m is None else np.shape(info.path_m)
-    if len(shape) != 2 or shape[1] != 2:
-        raise PlannerError(
-            f"{name}: expected path_m of shape (m, 2) but it was {shape}."
-        )
-
-
-def _frozen(observation: Observation) -> list[np.ndarray]:
-    """Return copies of every array that an observation holds."""
-    values = [getattr(observation, field.name) for field in fields(observation)]
-    arrays = [value for value in values if isinstance(value, np.ndarray)]
-    arrays += [observation.footprints.vertices, observation.footprints.radius]
-    for obstacle in observation.obstacles:
-        arrays += [obstacle.footprint.vertices, obstacle.centroid_m]
-    arrays += [contact.normal for contact in observation.contacts]
-    return [array.copy() for array in arrays]
-
-
-def _same(first: list[np.ndarray], second: list[np.ndarray]) -> bool:
-    return len(first) == len(second) and all(
-        np.array_equal(a, b) for a, b in zip(first, second, strict=True)
-    )

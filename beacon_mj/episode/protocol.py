@@ -58,6 +58,8 @@ class Protocol(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
         stuck_radius_m: See `stuck_after_s`.
         decision_limit_s: Wall-clock time of one decision above which the outcome is
             `planner_error`.
+        memory_limit_mib: Address space that a planner in a process of its own may take
+            beyond what the interpreter and this package use [MiB].
         timestep_s: Physics step; halve it to see whether results depend on it.
         occlusion: Whether an obstacle is sensed only in line of sight; None for the
             family's, or no.
@@ -78,6 +80,7 @@ class Protocol(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     stuck_after_s: Annotated[float, Meta(gt=0.0, le=1e4)] = 20.0
     stuck_radius_m: Annotated[float, Meta(gt=0.0, le=1.0)] = 0.05
     decision_limit_s: Annotated[float, Meta(gt=0.0, le=1e4)] = 30.0
+    memory_limit_mib: Annotated[int, Meta(ge=64, le=2**22)] = 4096
     timestep_s: Annotated[float, Meta(ge=1e-4, le=0.01)] = 0.002
     occlusion: Annotated[bool, Meta(extra={_CERTAIN: False})] | None = None
     pose_noise_m: (

@@ -7,6 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from beacon_mj.episode.protocol import Protocol
+from beacon_mj.episode.sealed import sealed_footprint
 from beacon_mj.episode.trace import Trace
 from beacon_mj.planners.base import Planner
 from beacon_mj.planners.oracle.truth import Rollout, TrueObstacle, Truth
@@ -62,7 +63,7 @@ class _Copy:
 def _true(o: Obstacle) -> TrueObstacle:
     return TrueObstacle(
         id=o.id,
-        footprint=o.footprint,
+        footprint=sealed_footprint(o.footprint),
         interaction=o.interaction,
         mass_kg=o.mass_kg,
         breakaway_force_n=o.breakaway_force_n,

@@ -1,21 +1,23 @@
 """The execution loop of one episode (paper II.I)."""
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Protocol as Interface
-from typing import TypeVar
 
 import numpy as np
 
+from beacon_mj.episode.answers import PlannerFailure
+from beacon_mj.episode.door import Door
+from beacon_mj.episode.interrupts import watched
 from beacon_mj.episode.protocol import Protocol, battery_slope
 from beacon_mj.episode.rollout import truth_about
 from beacon_mj.episode.sensor import Sensor
 from beacon_mj.episode.trace import Outcome, StepRecord, Trace
-from beacon_mj.errors import PlannerError
+from beacon_mj.errors import PlannerError, one_line
 from beacon_mj.interface import Command, Observation, Task
 from beacon_mj.numerics import norm, norms
 from beacon_mj.planners.base import Planner
-from beacon_mj.planners.oracle.truth import Oracle
+from beacon_mj.planners.oracle.truth import Oracle, Truth
 from beacon_mj.scene import Scene
 from beacon_mj.world import SimulationError, StepOutcome, World
 
@@ -31,10 +33,6 @@ class Listener(Interface):
 
     def end(self, trace: Trace) -> None:
         """Take note of the end; `trace.outcome` is set."""
-
-
-class PlannerFailure(Exception):
-    """A planner raised, or returned something that is no command."""
 
 
 def make_task(scene: Scene, protocol: Protocol, seed: int) -> Task:
@@ -88,8 +86,6 @@ def run_episode(
         world = World(scene, protocol.timestep_s)
     else:
         world.reset()
-    if isinstance(planner, Oracle):
-        planner.set_truth(truth_about(scene, protocol, run_episode))
     sensor = Sensor(world, protocol)
     observation = sensor.observe(None, 1.0)
     trace = Trace(
@@ -101,24 +97,21 @@ def run_episode(
     )
     for listener in listeners:
         listener.begin(trace, world, observation)
-    loop = _Loop(trace, planner, world, sensor, listeners)
-    trace.outcome = loop.run(make_task(scene, protocol, seed), observation)
+    truth = None
+    if isinstance(planner, Oracle):
+        truth = truth_about(scene, protocol, run_episode)
+    door = Door(planner, protocol.decision_limit_s)
+    loop = _Loop(trace, door, world, sensor, listeners)
+    try:
+        with watched():
+            task = make_task(scene, protocol, seed)
+            trace.outcome = loop.run(task, truth, observation)
+    finally:
+        door.close()
     trace.wall_time_s = time.perf_counter() - began
     for listener in listeners:
         listener.end(trace)
     return trace
-
-
-T = TypeVar("T")
-A = TypeVar("A")
-
-
-def _guarded(method: Callable[[A], T], argument: A) -> T:
-    """Call the planner; whatever it raises costs its own episode and no more."""
-    try:
-        return method(argument)
-    except Exception as error:
-        raise PlannerFailure(f"{type(error).__name__}: {error}") from error
 
 
 class _Loop:
@@ -127,13 +120,13 @@ class _Loop:
     def __init__(
         self,
         trace: Trace,
-        planner: Planner,
+        door: Door,
         world: World,
         sensor: Sensor,
         listeners: Sequence[Listener],
     ) -> None:
         self.trace = trace
-        self.planner = planner
+        self.door = door
         self.world = world
         self.sensor = sensor
         self.listeners = listeners
@@ -141,14 +134,14 @@ class _Loop:
         self.slope = battery_slope(trace.scene)
         self.positions = [trace.start_m]
 
-    def run(self, task: Task, observation: Observation) -> Outcome:
+    def run(self, task: Task, truth: Truth | None, observation: Observation) -> Outcome:
         """Step until the episode ends; return how."""
         try:
-            _guarded(self.planner.reset, task)
+            self.door.reset(task, truth)
             while True:
-                command, seconds = self._decide(observation)
+                command, seconds = self.door.decide(observation)
                 if command.give_up:
-                    self.trace.detail = command.info.reason
+                    self.trace.detail = one_line(command.info.reason)
                     return "gave_up"
                 outcome = self.world.step(command.velocity_mps)
                 observation = self._record(command, outcome, seconds, observation)
@@ -160,27 +153,6 @@ class _Loop:
         except (PlannerFailure, PlannerError) as error:
             self.trace.detail = str(error)
             return "planner_error"
-
-    def _decide(self, observation: Observation) -> tuple[Command, float]:
-        began = time.perf_counter()
-        command = _guarded(self.planner.act, observation)
-        seconds = time.perf_counter() - began
-        if not isinstance(command, Command):
-            raise PlannerFailure(
-                f"Expected act() to return a Command but it was "
-                f"{type(command).__name__}."
-            )
-        velocity = np.asarray(command.velocity_mps, dtype=float)
-        if velocity.shape != (2,) or not np.isfinite(velocity).all():
-            raise PlannerFailure(
-                f"Expected a finite velocity of shape (2,) but it was {velocity}."
-            )
-        limit = self.trace.protocol.decision_limit_s
-        if seconds > limit:
-            raise PlannerFailure(
-                f"Expected a decision within {limit:g} s but it took {seconds:.1f} s."
-            )
-        return command, seconds
 
     def _record(
         self,

@@ -192,7 +192,7 @@ def _refresh(
     """
     r0, r1, c0, c1 = window[0], window[1], window[2], window[3]
     rows, cols = values.shape
-    changed = np.empty(max((r1 - r0) * (c1 - c0), 0), dtype=np.int64)
+    changed = np.empty(max(r1 - r0, 0) * max(c1 - c0, 0), dtype=np.int64)
     count = 0
     for row in range(r0, r1):
         y = frame[1] + (row + 0.5) * frame[2]

@@ -33,6 +33,7 @@ def evaluate(
     workers: int | None = None,
     cluster: str | None = None,
     shard: str | None = None,
+    isolate: bool | None = None,
     log: Logging = "all",
     resume: bool = False,
     progress: Progress = quiet,
@@ -66,6 +67,8 @@ def evaluate(
         workers: Processes; by default one per core.
         cluster: Address of a dask scheduler whose workers run the episodes instead.
         shard: `I/N`: only part I of N of the scenes; see `merge`.
+        isolate: Whether planners run in processes of their own, where nothing that they
+            do reaches the evaluation; by default those from files do.
         log: Which episodes leave an MCAP log: `all`, `failures`, or `none`.
         resume: Go on with the run in `out`; without planners, with its own options.
         progress: Shows what is done, such as `beacon_mj.show_progress`; by default
@@ -93,6 +96,7 @@ def evaluate(
         templates=None if templates is None else Path(templates),
         log=log,
         shard=shard,
+        isolate=isolate,
     )
     run = prepare(options, None if out is None else Path(out), resume=resume)
     run.run(cluster or workers or os.cpu_count() or 1, progress)

@@ -32,6 +32,7 @@ from beacon_mj.eval.runs.jobs import (
 )
 from beacon_mj.eval.runs.runner import AHEAD, NOBODY, told
 from beacon_mj.eval.runs.versions import versions
+from beacon_mj.planners.registry import whole_spec
 
 CONNECT_S = 10.0  #: Time within which scheduler and first worker must answer [s].
 DIED = "the worker process died while the planner ran"
@@ -109,11 +110,7 @@ def _portable(config: RunConfig) -> RunConfig:
 
 
 def _whole_path(entry: PlannerEntry) -> PlannerEntry:
-    path, colon, member = entry.spec.rpartition(":")
-    if not path.endswith(".py"):
-        return entry
-    spec = f"{Path(path).resolve()}{colon}{member}"
-    return msgspec.structs.replace(entry, spec=spec)
+    return msgspec.structs.replace(entry, spec=whole_spec(entry.spec))
 
 
 def _client(address: str) -> Any:

@@ -37,6 +37,7 @@ class PlannerEntry(msgspec.Struct, frozen=True, kw_only=True):
         protocol: How its episodes are run, where that differs from the run's.
         varied: Values by `planner.field` or `protocol.field` in which it differs from
             its variants: the columns `set.planner.field` of the rows.
+        isolated: Whether it runs in a process of its own.
     """
 
     name: str
@@ -45,6 +46,7 @@ class PlannerEntry(msgspec.Struct, frozen=True, kw_only=True):
     config: dict[str, Any]
     protocol: Protocol | None = None
     varied: dict[str, str] = {}
+    isolated: bool = False
 
     @property
     def base(self) -> str:

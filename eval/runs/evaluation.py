@@ -48,6 +48,7 @@ class EvaluationOptions:
     templates: Path | None = None
     log: Logging = "all"
     shard: str | None = None
+    isolate: bool | None = None
 
 
 @dataclass(kw_only=True, slots=True)
@@ -187,7 +188,11 @@ def _configured(options: EvaluationOptions, out: Path | None) -> Evaluation:
         raise RunError("--templates: expected no templates with --scene-dir.")
     shard = None if options.shard is None else parse_shard(options.shard)
     entries, protocol, handed = line_up(
-        options.planners, options.settings, options.vary, options.protocol
+        options.planners,
+        options.settings,
+        options.vary,
+        options.protocol,
+        options.isolate,
     )
     count = options.scenes_per_family
     if stored is None:

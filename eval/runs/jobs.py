@@ -1,24 +1,24 @@
 """One job of an evaluation: one scene, every planner. Runs in a worker process."""
 
-import inspect
 from collections.abc import Mapping
-from functools import lru_cache, partial
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from beacon_mj.episode.protocol import Protocol
 from beacon_mj.episode.run import Listener, run_episode
 from beacon_mj.episode.trace import Outcome, Trace
-from beacon_mj.errors import BeaconError
 from beacon_mj.eval.metrics.measure import measure
 from beacon_mj.eval.metrics.row import Row
 from beacon_mj.eval.runs.config import PlannerEntry, RunConfig, SceneRef, load_ref
+from beacon_mj.eval.runs.isolation.host import Isolated, Who, here, isolated
 from beacon_mj.eval.runs.lineup import Handed
 from beacon_mj.eval.runs.overrides import configure
-from beacon_mj.eval.runs.sandbox import Guarded
+from beacon_mj.eval.runs.sandbox import Guarded, planner_class
 from beacon_mj.planners.base import Planner
-from beacon_mj.planners.registry import load_planner
+from beacon_mj.planners.registry import whole_spec
 from beacon_mj.scene import Scene
 from beacon_mj.streams import stream
 from beacon_mj.world import SimulationError, World
@@ -126,10 +126,10 @@ def _episode(
     path = _log_path(config, folder, scene, e)
     seed = planner_seed(config.seed, scene.family, scene.index)
     protocol = config.protocol_of(e.name)
-    guarded = Guarded(partial(_build, e, handed), protocol.decision_limit_s)
+    planner = _planner(e, protocol, handed)
     trace = run_episode(
         scene,
-        guarded,
+        planner,
         name=e.name,
         protocol=protocol,
         seed=seed,
@@ -139,40 +139,30 @@ def _episode(
     row = measure(trace)
     if path is not None and config.log == "failures" and row.clean_success:
         path.unlink()
-    if row.outcome != "planner_error":
-        return row, ""
-    return row, guarded.where or _act_of(e, handed)
+    return row, planner.where if row.outcome == "planner_error" else ""
+
+
+def _planner(
+    entry: PlannerEntry, protocol: Protocol, handed: Handovers
+) -> Guarded | Isolated:
+    """Return what stands for a planner in one episode, here or in its own process."""
+    if not entry.isolated:
+        return Guarded(partial(_build, entry, handed))
+    who = Who(
+        whole_spec(entry.spec),
+        tuple(entry.settings.items()),
+        entry.base,
+        protocol.memory_limit_mib,
+        here(),
+    )
+    return isolated(who, protocol.decision_limit_s)
 
 
 def _build(entry: PlannerEntry, handed: Handovers) -> Planner:
-    cls, config = handed.get(entry.name) or Handed(_planner_class(entry.spec))
+    cls, config = handed.get(entry.name) or Handed(planner_class(entry.spec))
     if config is None:
         config = configure(cls, entry.settings, entry.name)
     return cls(config)
-
-
-def _planner_class(spec: str) -> type[Planner]:
-    """Return a planner's class; that of a file anew if the file is another one."""
-    path = Path(spec.rpartition(":")[0])
-    if path.suffix != ".py" or not path.is_file():
-        return _kept_class(spec)
-    found = path.stat()
-    return _kept_class(spec, str(path.resolve()), found.st_mtime_ns, found.st_size)
-
-
-@lru_cache(maxsize=64)
-def _kept_class(spec: str, *stamp: object) -> type[Planner]:
-    return load_planner(spec)[1]
-
-
-def _act_of(entry: PlannerEntry, handed: Handovers) -> str:
-    """Return where a planner's `act` stands, for what it returned and did not raise."""
-    try:
-        found = handed.get(entry.name)
-        act = (found.cls if found else _planner_class(entry.spec)).act
-        return f"{inspect.getfile(act)}:{inspect.getsourcelines(act)[1]}"
-    except (BeaconError, OSError, TypeError):
-        return ""
 
 
 def _log_path(

@@ -5,26 +5,34 @@ import inspect
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple, cast
 
+import msgspec
+
 from beacon_mj.episode.protocol import Protocol
-from beacon_mj.errors import PlannerError, RunError
+from beacon_mj.errors import PlannerError, RunError, unknown
 from beacon_mj.eval.runs.config import PlannerEntry
-from beacon_mj.eval.runs.overrides import Settings, configure, parse_settings
+from beacon_mj.eval.runs.overrides import Settings, built_ins, parse_settings
 from beacon_mj.eval.runs.variants import (
     BRACKETS,
     PROTOCOL,
     Values,
     VaryValues,
     axes,
-    built_ins,
     canonical,
     checked_name,
+    configuration,
     text_of,
     texts_of,
     variants,
     with_protocol,
 )
 from beacon_mj.planners.base import Planner
-from beacon_mj.planners.registry import ALIASES, PAPER, load_planner, planner_names
+from beacon_mj.planners.registry import (
+    ALIASES,
+    PAPER,
+    file_planner,
+    load_planner,
+    planner_names,
+)
 
 #: A planner: its name, `file.py:Class`, or its class; or a pair of that and either an
 #: instance of its `Config` or a mapping of values.
@@ -61,20 +69,23 @@ class Lineup(NamedTuple):
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class _Loaded:
-    """A planner before anything is set in it."""
+    """A planner before anything is set in it.
+
+    Without a class it is isolated: imported in a process of its own, and not here.
+    """
 
     name: str
     spec: str
-    cls: type[Planner]
+    cls: type[Planner] | None
     config: Any = None
     values: Mapping[str, str] | None = None
 
 
 def planner_entries(
-    specs: Sequence[str], settings: Sequence[str]
+    specs: Sequence[str], settings: Sequence[str], isolate: bool | None = None
 ) -> tuple[tuple[PlannerEntry, ...], Protocol]:
     """Return the planners and the protocol that texts ask for; see `line_up`."""
-    found = line_up(specs, settings)
+    found = line_up(specs, settings, isolate=isolate)
     return found.entries, found.protocol
 
 
@@ -83,6 +94,7 @@ def line_up(
     settings: Values = (),
     vary: VaryValues = (),
     protocol: Protocol | None = None,
+    isolate: bool | None = None,
 ) -> Lineup:
     """Return the planners and the protocol that the user asked for.
 
@@ -93,13 +105,16 @@ def line_up(
         vary: `planner.field=a,b,c` or `protocol.field=a,b,c`: a planner runs with
             every combination of its own values and the protocol's.
         protocol: What the settings of `protocol` change; the default one if None.
+        isolate: Whether planners run in processes of their own; if None, those from
+            files do, unless they come with an instance of their `Config`.
 
     Raises:
-        PlannerError: If a planner, a field or a value is no good.
+        PlannerError: If a planner, a field or a value is no good, or one that is to be
+            isolated cannot be.
         RunError: If two planners have one name, or a setting names none of them.
     """
     loaded = dict[str, _Loaded]()
-    for each in _loaded(planners):
+    for each in _loaded(planners, isolate):
         if each.name in loaded or each.name == PROTOCOL:
             raise RunError(
                 f"Expected planners to have names of their own but {each.name!r} "
@@ -112,7 +127,7 @@ def line_up(
     varied = axes(vary, targets)
     entries = []
     for each in loaded.values():
-        entry = _entry(each, parsed)
+        entry = _entry(each, parsed, base)
         own = {f: v for (t, f), v in varied.items() if t == each.name}
         if own and each.config is not None:
             raise _configured(each.name, "vary")
@@ -122,20 +137,21 @@ def line_up(
         entry.name: Handed(each.cls, each.config)
         for entry in entries
         for each in [loaded[entry.base]]
-        if each.config is not None or each.spec.startswith(PYTHON)
+        if each.cls and (each.config is not None or each.spec.startswith(PYTHON))
     }
-    for name in handed:
-        _make_portable(loaded[name.partition("[")[0]].cls.Config)
+    for found in handed.values():
+        _make_portable(found.cls.Config)
     return Lineup(tuple(entries), base, handed)
 
 
 def _loaded(
     planners: Sequence[PlannerChoice] | Mapping[str, PlannerChoice],
+    isolate: bool | None,
 ) -> Iterator[_Loaded]:
     """Yield the planners that are chosen; the same one twice is one."""
     if isinstance(planners, Mapping):
         for name, choice in planners.items():
-            found = _load(choice)
+            found = _load(choice, isolate)
             yield dataclasses.replace(found, name=checked_name(name, BRACKETS))
         return
     chosen: list[PlannerChoice] = []
@@ -149,7 +165,7 @@ def _loaded(
     texts = set[str]()
     for choice in chosen:
         if not (isinstance(choice, str) and choice in texts):
-            yield _load(choice)
+            yield _load(choice, isolate)
         if isinstance(choice, str):
             texts.add(choice)
 
@@ -165,28 +181,31 @@ def _listed(planners: Any) -> Sequence[PlannerChoice]:
     return [*planners]
 
 
-def _load(choice: PlannerChoice) -> _Loaded:
-    if isinstance(choice, tuple):
-        who, values = choice
-        name, spec, cls = _named(who)
-        if isinstance(values, Mapping):
-            texts = {str(f): text_of(value) for f, value in values.items()}
-            return _Loaded(name, spec, cls, values=texts)
-        if not isinstance(values, cls.Config):
-            raise PlannerError(
-                f"{name}: expected an instance of {cls.Config.__qualname__} or a "
-                f"mapping of its fields but it was {type(values).__name__}."
-            )
-        return _Loaded(name, spec, cls, config=values)
-    return _Loaded(*_named(choice))
+def _load(choice: PlannerChoice, isolate: bool | None) -> _Loaded:
+    if not isinstance(choice, tuple):
+        return _named(choice, isolate)
+    who, values = choice
+    if isinstance(values, Mapping):
+        texts = {str(f): text_of(value) for f, value in values.items()}
+        return dataclasses.replace(_named(who, isolate), values=texts)
+    found = _named(who, bool(isolate))
+    if found.cls is None:
+        raise PlannerError(
+            f"{found.name}: expected a mapping of fields, for a planner in a process "
+            f"of its own, but it was {type(values).__name__}."
+        )
+    if not isinstance(values, found.cls.Config):
+        raise PlannerError(
+            f"{found.name}: expected an instance of {found.cls.Config.__qualname__} or "
+            f"a mapping of its fields but it was {type(values).__name__}."
+        )
+    return dataclasses.replace(found, config=values)
 
 
-def _named(choice: object) -> tuple[str, str, type[Planner]]:
-    """Return name, spec and class of a planner."""
+def _named(choice: object, isolate: bool | None) -> _Loaded:
+    """Return a planner that is given by its name, its file or its class."""
     if isinstance(choice, str):
-        spec = ALIASES.get(choice, choice)
-        name, cls = load_planner(spec)
-        return checked_name(name), spec, cls
+        return _by_spec(ALIASES.get(choice, choice), isolate)
     if not (inspect.isclass(choice) and issubclass(choice, Planner)):
         raise PlannerError(
             f"Expected a planner's name or a subclass of Planner but it was {choice!r}."
@@ -199,8 +218,26 @@ def _named(choice: object) -> tuple[str, str, type[Planner]]:
     home = f"{choice.__module__}:{choice.__qualname__}"
     for name, known in planner_names().items():
         if known == home:
-            return name, name, choice
-    return choice.__name__, PYTHON + home, choice
+            return _Loaded(name, name, None if isolate else choice)
+    if isolate:
+        raise PlannerError(
+            f"{choice.__qualname__}: expected a name or file.py:Class, to run "
+            "it in a process of its own, but it was a class."
+        )
+    return _Loaded(choice.__name__, PYTHON + home, choice)
+
+
+def _by_spec(spec: str, isolate: bool | None) -> _Loaded:
+    """Return a planner that is given as text; an isolated one is not imported."""
+    member = file_planner(spec)
+    if isolate is None:
+        isolate = member is not None
+    if not isolate:
+        name, cls = load_planner(spec)
+        return _Loaded(checked_name(name), spec, cls)
+    if member is None and spec not in planner_names():
+        raise PlannerError(unknown("planner", spec, [*planner_names(), *ALIASES]))
+    return _Loaded(checked_name(member or spec), spec, None)
 
 
 def _configured(name: str, option: str) -> RunError:
@@ -210,16 +247,22 @@ def _configured(name: str, option: str) -> RunError:
     )
 
 
-def _entry(each: _Loaded, parsed: Settings) -> PlannerEntry:
+def _entry(each: _Loaded, parsed: Settings, protocol: Protocol) -> PlannerEntry:
     """Return a planner with what is set in it."""
     own = {**(each.values or {}), **parsed.get(each.name, {})}
     if own and each.config is not None:
         raise _configured(each.name, "set")
-    config = each.config
-    if config is None:
-        config = configure(each.cls, own, each.name)
-    stored = built_ins(config)
-    return PlannerEntry(name=each.name, spec=each.spec, settings=own, config=stored)
+    entry = PlannerEntry(
+        name=each.name,
+        spec=each.spec,
+        settings=own,
+        config={} if each.config is None else built_ins(each.config),
+        isolated=each.cls is None,
+    )
+    if each.config is not None:
+        return entry
+    config = configuration(entry, own, protocol, each.cls)
+    return msgspec.structs.replace(entry, config=config)
 
 
 def _make_portable(config: type[Any]) -> None:

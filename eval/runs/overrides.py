@@ -83,6 +83,12 @@ def convert(
         raise error(f"{name}: {type(problem).__name__}: {problem}") from problem
 
 
+def built_ins(config: Any) -> dict[str, Any]:
+    """Return a configuration as a run folder stores it."""
+    found: Any = msgspec.to_builtins(config, enc_hook=repr)
+    return found if isinstance(found, dict) else {}
+
+
 def flat(config: object) -> dict[str, Any]:
     """Return every value of a configuration, and of those it holds, by dotted name."""
     out: dict[str, Any] = {}

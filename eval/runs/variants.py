@@ -14,7 +14,13 @@ import msgspec
 from beacon_mj.episode.protocol import Protocol
 from beacon_mj.errors import RunError
 from beacon_mj.eval.runs.config import PlannerEntry
-from beacon_mj.eval.runs.overrides import configure, convert, parse_settings
+from beacon_mj.eval.runs.isolation.host import describe_isolated
+from beacon_mj.eval.runs.overrides import (
+    built_ins,
+    configure,
+    convert,
+    parse_settings,
+)
 from beacon_mj.planners.base import Planner
 from beacon_mj.planners.registry import ALIASES, load_planner
 
@@ -77,16 +83,17 @@ def variant(
         if field.startswith("protocol.")
     }
     own = {f: text for f, text in changes.items() if not f.startswith("protocol.")}
+    settings = {**base.settings, **own}
+    ruled = with_protocol(protocol, rules) if rules else base.protocol
     config = base.config
     if own:
-        cls = cls or load_planner(base.spec)[1]
-        config = built_ins(configure(cls, {**base.settings, **own}, base.name))
+        config = configuration(base, settings, ruled or protocol, cls)
     return msgspec.structs.replace(
         base,
         name=checked_name(variant_name(base.name, changes)),
-        settings={**base.settings, **own},
+        settings=settings,
         config=config,
-        protocol=with_protocol(protocol, rules) if rules else base.protocol,
+        protocol=ruled,
         varied={
             field if field.startswith("protocol.") else f"{base.name}.{field}": text
             for field, text in changes.items()
@@ -94,9 +101,34 @@ def variant(
     )
 
 
+def configuration(
+    entry: PlannerEntry,
+    settings: Mapping[str, str],
+    protocol: Protocol,
+    cls: type[Planner] | None = None,
+) -> dict[str, Any]:
+    """Return all values of a planner's configuration, as a run folder stores them.
+
+    Args:
+        entry: The planner; one that is isolated is imported in a process of its own,
+            and not here.
+        settings: Values given as text.
+        protocol: Whose limits hold for such a process.
+        cls: Its class; None for that of its spec.
+
+    Raises:
+        PlannerError: If the planner, a field or a value is no good.
+    """
+    if entry.isolated:
+        limits = protocol.decision_limit_s, protocol.memory_limit_mib
+        return describe_isolated(entry.spec, settings, entry.base, *limits)
+    cls = cls or load_planner(entry.spec)[1]
+    return built_ins(configure(cls, settings, entry.base))
+
+
 def variants(
     entry: PlannerEntry,
-    cls: type[Planner],
+    cls: type[Planner] | None,
     axes: Mapping[str, Iterable[str]],
     protocol: Protocol,
 ) -> list[PlannerEntry]:
@@ -137,12 +169,6 @@ def setting_of(entry: PlannerEntry, key: str, protocol: Protocol) -> object:
     for part in key.split("."):
         found = found[part]
     return found
-
-
-def built_ins(config: Any) -> dict[str, Any]:
-    """Return a configuration as a run folder stores it."""
-    found: Any = msgspec.to_builtins(config, enc_hook=repr)
-    return found if isinstance(found, dict) else {}
 
 
 def texts_of(values: Values) -> list[str]:

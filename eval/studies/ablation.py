@@ -29,7 +29,7 @@ from beacon_mj.eval.runs.experiment import (
 )
 from beacon_mj.eval.runs.jobs import Handovers
 from beacon_mj.eval.runs.lineup import PlannerChoice
-from beacon_mj.eval.runs.overrides import dotted, flat
+from beacon_mj.eval.runs.overrides import dotted
 from beacon_mj.eval.runs.progress import Progress
 from beacon_mj.eval.runs.runner import NOBODY
 from beacon_mj.eval.runs.variants import Values, variant
@@ -42,7 +42,6 @@ from beacon_mj.eval.statistics.intervals import (
 )
 from beacon_mj.eval.statistics.summary import OVERALL, summarize
 from beacon_mj.planners.base import Planner
-from beacon_mj.planners.registry import load_planner
 from beacon_mj.scene import Profile
 
 COSTS = ("steps", "path_length_m", "energy_j", "obstacles_broken")
@@ -96,8 +95,7 @@ def switches(planner: str | type[Planner]) -> tuple[str, ...]:
     Raises:
         PlannerError: If there is no such planner.
     """
-    cls = load_planner(planner)[1] if isinstance(planner, str) else planner
-    values = flat(cls.Config())
+    values = dotted(single_planner(planner).entry.config)
     return tuple(name for name, value in values.items() if value is True)
 
 

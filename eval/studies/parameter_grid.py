@@ -9,9 +9,9 @@ import msgspec
 from beacon_mj.episode.protocol import Protocol
 from beacon_mj.errors import RunError
 from beacon_mj.eval.runs.config import PlannerEntry
-from beacon_mj.eval.runs.overrides import flat
+from beacon_mj.eval.runs.experiment import single_planner
+from beacon_mj.eval.runs.overrides import dotted
 from beacon_mj.eval.runs.variants import PROTOCOL, setting_of, text_of, variant
-from beacon_mj.planners.registry import load_planner
 
 Grid = Literal["one-at-a-time", "full"]
 #: What some fields of one planner are set to, as text, by field.
@@ -51,12 +51,12 @@ def swept(spec: str) -> tuple[Swept, ...]:
         RunError: If it has none of them.
         PlannerError: If there is no such planner.
     """
-    name, cls = load_planner(spec)
-    known = flat(cls.Config())
+    entry = single_planner(spec).entry
+    known = dotted(entry.config)
     found = tuple(line for line in TABLE_I if line.field in known)
     if not found:
         raise RunError(
-            f"{name}: expected a planner with parameters of Table I "
+            f"{entry.name}: expected a planner with parameters of Table I "
             f"({', '.join(line.field for line in TABLE_I)}) but it has none."
         )
     return found

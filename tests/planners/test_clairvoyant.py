@@ -141,13 +141,13 @@ class Curious(Planner):
 
 @pytest.mark.parametrize("guarded", [False, True])
 def test_only_oracles_are_told(guarded: bool) -> None:
-    planner = Guarded(Curious, 30.0) if guarded else Curious()
+    planner = Guarded(Curious) if guarded else Curious()
     run_episode(scene("sparse"), planner)
     assert Curious.told == []
 
 
 def test_a_guarded_oracle_is_told() -> None:
-    trace = run_episode(scene("sparse"), Guarded(Clairvoyant, 30.0))
+    trace = run_episode(scene("sparse"), Guarded(Clairvoyant))
     np.testing.assert_array_equal(positions(trace), positions(solved("sparse")))
 
 

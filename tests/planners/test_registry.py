@@ -255,7 +255,7 @@ class Warm(PushThrough):
 @pytest.mark.parametrize(
     ("cls", "message"),
     [
-        (Spoiler, "leave the observation alone"),
+        (Spoiler, "read-only"),
         (Fickle, "same commands .* differ in step 0"),
         (Fabulist, "'obstacle_99' was not sensed"),
         (Unsure, "three probabilities that sum to 1"),

@@ -118,6 +118,7 @@ def test_a_planner_that_kills_its_worker_costs_its_own_episode(
     config, refs = configured(
         [hostile("Dies"), "push-through"],
         settings=["protocol.max_steps=120", "Dies.at=2"],
+        isolate=False,
     )
     jobs = plan(config, refs)
     found = [

@@ -30,8 +30,9 @@ def configured(
     families: Sequence[str] = ("sparse",),
     scenes_per_family: int = 1,
     settings: Sequence[str] = ("protocol.max_steps=120",),
+    isolate: bool | None = None,
 ) -> tuple[RunConfig, list[SceneRef]]:
-    entries, protocol = planner_entries(planners, settings)
+    entries, protocol = planner_entries(planners, settings, isolate)
     hashes, refs = generated_scenes(families, scenes_per_family, None)
     config = RunConfig(
         planners=entries,
@@ -89,9 +90,13 @@ def test_rows_do_not_depend_on_workers_or_order() -> None:
         ("FailsToBuild", "OSError: no licence"),
     ],
 )
-def test_a_failing_planner_costs_its_own_episode(name: str, detail: str) -> None:
+@pytest.mark.parametrize("isolate", [False, None])
+def test_a_failing_planner_costs_its_own_episode(
+    name: str, detail: str, isolate: bool | None
+) -> None:
     settings = ["protocol.max_steps=120", "protocol.decision_limit_s=0.2"]
-    config, refs = configured([hostile(name), "push-through"], settings=settings)
+    specs = [hostile(name), "push-through"]
+    config, refs = configured(specs, settings=settings, isolate=isolate)
     bad, good = run(config, refs)
     assert (bad.planner, bad.outcome) == (name, "planner_error")
     assert detail in bad.detail
@@ -104,13 +109,14 @@ def test_a_dying_process_costs_only_the_episode_that_killed_it() -> None:
         [hostile("Dies"), hostile("Harmless"), "push-through"],
         scenes_per_family=3,
         settings=["protocol.max_steps=120", "Dies.at=2"],
+        isolate=False,
     )
     rows = run(config, refs, workers=2)
     assert [row.key for row in rows] == [
         (p, "sparse", k) for p in ("Dies", "Harmless", "push-through") for k in range(3)
     ]
     assert all(r.outcome == "planner_error" for r in rows if r.planner == "Dies")
-    assert all("process died" in r.detail for r in rows if r.planner == "Dies")
+    assert all("the process died" in r.detail for r in rows if r.planner == "Dies")
     others = [row for row in rows if row.planner != "Dies"]
     assert timeless(others) == timeless(run(*_without_dies(config, refs)))
 

@@ -1,0 +1,1 @@
+"""A planner in a process of its own: what crosses, the child, and who watches it."""
