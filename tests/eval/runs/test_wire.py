@@ -1,4 +1,4 @@
-"""What an isolated planner is told is what one in this process is told, field by field."""
+"""What an isolated planner is told, field by field: what one in this process is."""
 
 from dataclasses import fields, replace
 
