@@ -31,6 +31,12 @@ class Attempts:
         """Whether an obstacle counts as one that will not give way."""
         return self._failures.get(obstacle.id, 0) >= _MAX_FAILURES
 
-    def resting(self, obstacle: SensedObstacle, observation: Observation) -> bool:
+    def rests(self, obstacle: SensedObstacle, observation: Observation) -> bool:
         """Whether an obstacle was pushed a moment ago."""
         return self._rests_until_s.get(obstacle.id, -1.0) > observation.time_s
+
+    def any_rests(self, observation: Observation) -> bool:
+        """Whether any obstacle was pushed a moment ago."""
+        return any(
+            self.rests(obstacle, observation) for obstacle in observation.obstacles
+        )
