@@ -69,6 +69,7 @@ class SensedObstacle:
         seen_s: Time of the last sighting [s].
         visible: Whether it is in range now; if not, its pose may be stale.
         broken: Whether it was seen to break.
+        kind: What it looks like, a label such as `crate`; None where scenes have none.
     """
 
     id: str
@@ -82,6 +83,7 @@ class SensedObstacle:
     seen_s: float
     visible: bool
     broken: bool
+    kind: str | None = None
 
     @property
     def perceived_force_n(self) -> float:

@@ -62,7 +62,6 @@ ALLOWED = {
         _QHULL
     ),
     ("scene_gen/geom_points.py", "from scipy.spatial import ConvexHull"): _QHULL,
-    ("planners/beacon_voi.py", "math.erfc"): _ERFC,
     ("planners/contact/sharing.py", "math.erfc"): _ERFC,
     (
         "beacon_mj/motion/expansions.py",

@@ -141,7 +141,7 @@ def setting_of(entry: PlannerEntry, key: str, protocol: Protocol) -> object:
 
 def built_ins(config: Any) -> dict[str, Any]:
     """Return a configuration as a run folder stores it."""
-    found: Any = msgspec.to_builtins(config, enc_hook=repr)
+    found: Any = msgspec.to_builtins(config, enc_hook=repr, order="deterministic")
     return found if isinstance(found, dict) else {}
 
 
@@ -175,6 +175,8 @@ def text_of(value: object) -> str:
         return str(value).lower()
     if isinstance(value, list | tuple):
         return ",".join(text_of(item) for item in value)
+    if isinstance(value, set | frozenset):
+        return ",".join(sorted(text_of(item) for item in value))
     return str(value)
 
 

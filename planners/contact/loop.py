@@ -75,7 +75,7 @@ class ContactPlanner(Planner[C]):
         self._recovery = Recovery(task)
         self._controller: PushController | None = None
         self._decision: Decision | None = None
-        self._attempts = Attempts()
+        self._attempts = Attempts(self.policy.belief_settings.failures_last_s)
         self._planned_version = -1
         self._stale = True
 
@@ -93,6 +93,7 @@ class ContactPlanner(Planner[C]):
     def _learn(self, observation: Observation) -> None:
         """Hand on what is seen, and the evidence of push attempts."""
         self.policy.observe(observation)
+        self._attempts.forget(observation.time_s)
         for evidence in observation.evidence:
             if self.policy.learn(evidence):
                 self._stale = True

@@ -1,4 +1,4 @@
-"""Two barriers, one behind the other, built by hand: push a door only as far as need be.
+"""Two barriers, one behind the other, built by hand: doors go only as far as need be.
 
 The robot sees the whole room: no way to the goal is free until both doors are.
 """
