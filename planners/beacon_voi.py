@@ -9,7 +9,7 @@ from beacon_mj.interface import Observation, SensedObstacle, Task
 from beacon_mj.motion.detour import FreeRoute
 from beacon_mj.numerics import norm
 from beacon_mj.planners.checks import expect_between
-from beacon_mj.planners.contact.belief import BeliefSettings
+from beacon_mj.planners.contact.belief import FORCE_ERROR, BeliefSettings
 from beacon_mj.planners.contact.candidates import PushPlan
 from beacon_mj.planners.contact.cost_to_go import TravelTimes
 from beacon_mj.planners.contact.decision import MOST_OPTIONS, Decision
@@ -30,7 +30,7 @@ class BeaconVoiConfig:
     """Parameters of `BeaconVoi`."""
 
     #: Standard deviation of the logarithm of the perceived breakaway force.
-    force_error: float = 0.21
+    force_error: float = FORCE_ERROR
     #: Time that a push which fails costs, touch and retreat included [s].
     failure_s: float = 3.0
     #: Time that a joule of pushing is worth, over that of a joule of driving.
@@ -50,7 +50,9 @@ class BeaconVoiConfig:
     #: How fast, and how carefully, it pushes.
     push: PushSettings = PushSettings()
     #: What it learns from pushes; any change of a belief counts.
-    belief: BeliefSettings = BeliefSettings(threshold=0.0)
+    belief: BeliefSettings = BeliefSettings(
+        threshold=0.0, sharing=frozenset({"kind", "scale"})
+    )
 
     def __post_init__(self) -> None:
         """Check the ranges.
@@ -146,6 +148,11 @@ class BeaconVoiPolicy(PushPolicy[BeaconVoiConfig]):
         return self.config.belief
 
     @property
+    def force_error(self) -> float:
+        """Standard deviation of the logarithm of a perceived breakaway force."""
+        return self.config.force_error
+
+    @property
     def expansions(self) -> int:
         """Vertices expanded for the travel times."""
         return self._times.expansions
@@ -155,9 +162,9 @@ class BeaconVoiPolicy(PushPolicy[BeaconVoiConfig]):
         gives_way = 1.0 - self.beliefs.probability(obstacle.id, "safe")
         if obstacle.id in self.beliefs.at_most_n:
             return gives_way
-        spare = math.log(self.task.force_max_n / max(obstacle.perceived_force_n, 1e-6))
-        scale = self.config.force_error * math.sqrt(2.0)
-        return gives_way * 0.5 * math.erfc(-spare / scale)
+        return gives_way * self.beliefs.probability_below(
+            obstacle, self.task.force_max_n
+        )
 
     def _expected_s(
         self, observation: Observation, plan: PushPlan, without_s: float

@@ -25,7 +25,10 @@ PAPER = {
     "beacon": "beacon_mj.planners.beacon:Beacon",
 }
 #: Planners of our own; `beacon` stays the paper's.
-OURS = {"beacon-voi": "beacon_mj.planners.beacon_voi:BeaconVoi"}
+OURS = {
+    "beacon-kinds": "beacon_mj.planners.beacon_kinds:BeaconKinds",
+    "beacon-voi": "beacon_mj.planners.beacon_voi:BeaconVoi",
+}
 #: Reference planners: beside the table, never in it. `clairvoyant` is told the truth.
 REFERENCE = {
     "impact": "beacon_mj.planners.impact:Impact",

@@ -70,7 +70,7 @@ class SemanticPolicy(PushPolicy[SemanticConfig]):
     @property
     def belief_settings(self) -> BeliefSettings:
         """What an obstacle seemed at first sight it remains."""
-        return BeliefSettings(update_belief=False)
+        return BeliefSettings(memory="failures")
 
     def crossing_cost(
         self, obstacle: SensedObstacle, *, last_resort: bool

@@ -22,6 +22,7 @@ def sensed_box(
     density: float = 100.0,
     friction: float = 0.5,
     scores: Probabilities = (0.1, 0.8, 0.1),
+    kind: str | None = None,
 ) -> SensedObstacle:
     height = 0.3
     return SensedObstacle(
@@ -36,6 +37,7 @@ def sensed_box(
         seen_s=0.0,
         visible=True,
         broken=False,
+        kind=kind,
     )
 
 

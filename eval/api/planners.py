@@ -134,7 +134,9 @@ def _summary(name: str) -> str:
 
 def _notes(config: object) -> dict[str, str]:
     """Return the `#:` comments above the fields of a configuration, by dotted name."""
-    notes = _comments(type(config))
+    notes: dict[str, str] = {}
+    for cls in reversed(type(config).__mro__[:-1]):  # `object` has no fields.
+        notes |= _comments(cls)
     for name in getattr(config, "__dataclass_fields__", ()):
         inner = _notes(getattr(config, name))
         notes |= {f"{name}.{field}": note for field, note in inner.items()}
@@ -160,6 +162,8 @@ def _comments(config: type) -> dict[str, str]:
 
 def _settable(value: object) -> str:
     """Return a value as --set takes it."""
-    if isinstance(value, tuple | list | frozenset | set):
+    if isinstance(value, frozenset | set):
+        value = sorted(value)
+    if isinstance(value, tuple | list):
         return f"[{','.join(str(each) for each in value)}]"
     return str(value).lower() if isinstance(value, bool) else str(value)

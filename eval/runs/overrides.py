@@ -17,6 +17,11 @@ from beacon_mj.planners.base import Planner
 from beacon_mj.planners.checks import FieldError
 
 T = TypeVar("T")
+#: Fields that have another name, and other values, now.
+_FORMER = {
+    name: "belief.memory=belief, failures or none"
+    for name in ("update_belief", "belief.update_belief")
+}
 Settings = Mapping[str, Mapping[str, str]]
 
 
@@ -70,6 +75,8 @@ def convert(
         default = target()
         known = flat(default)
         for field in values:
+            if field not in known and field in _FORMER:
+                raise error(f"{name}.{field} is now {name}.{_FORMER[field]}.")
             if field not in known:
                 raise error(unknown(f"field of {name}", field, known))
         return _laid_over(default, _tree(values), name)
@@ -85,7 +92,7 @@ def convert(
 
 def built_ins(config: Any) -> dict[str, Any]:
     """Return a configuration as a run folder stores it."""
-    found: Any = msgspec.to_builtins(config, enc_hook=repr)
+    found: Any = msgspec.to_builtins(config, enc_hook=repr, order="deterministic")
     return found if isinstance(found, dict) else {}
 
 

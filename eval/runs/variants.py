@@ -201,6 +201,8 @@ def text_of(value: object) -> str:
         return str(value).lower()
     if isinstance(value, list | tuple):
         return ",".join(text_of(item) for item in value)
+    if isinstance(value, set | frozenset):
+        return ",".join(sorted(text_of(item) for item in value))
     return str(value)
 
 

@@ -1,9 +1,10 @@
 """What the parts of a planner are worth: switched off one at a time, scene by scene.
 
 A *switch* is a field of the planner's configuration, or of one that it holds, that is
-true by default. In every *situation* (what is perceived, and how far) the whole planner
-crosses the scenes, and each variant with one switch off. Costs are paired by scene
-within the situation:
+true by default; a *ladder* is a field whose values hold less and less, and all rungs
+below the planner's own are tried. In every *situation* (what is perceived, and how
+far) the whole planner crosses the scenes, and each variant with one thing less. Costs
+are paired by scene within the situation:
 
     effect = c(variant) - c(whole planner)
 
@@ -54,6 +55,8 @@ class Situation(msgspec.Struct, frozen=True):
     sensing_radius_m: float | None = None
 
 
+#: Values of a field, each with less than the one before.
+LADDERS = {"belief.memory": ("belief", "failures", "none")}
 #: The default comes first.
 SITUATIONS = {
     "noisy": Situation("noisy"),
@@ -70,7 +73,8 @@ class Effect(msgspec.Struct, frozen=True, kw_only=True):
     Attributes:
         family: The family, or `overall`.
         situation: A key of `SITUATIONS`.
-        variant: What is switched off, such as `predict_cascades`; empty for nothing.
+        variant: What is switched off, such as `predict_cascades`, or a rung such as
+            `belief.memory=none`; empty for nothing.
         scenes: Scenes crossed.
         success: Episodes that reached the goal.
         clean: Those of them in which nothing broke.
@@ -97,6 +101,20 @@ def switches(planner: str | type[Planner]) -> tuple[str, ...]:
     """
     values = dotted(single_planner(planner).entry.config)
     return tuple(name for name, value in values.items() if value is True)
+
+
+def rungs(values: Mapping[str, object]) -> list[dict[str, str]]:
+    """Return the change to each rung below the planner's own, ladder by ladder.
+
+    Args:
+        values: The planner's configuration by dotted field.
+    """
+    below = {
+        field: ladder[ladder.index(str(values[field])) + 1 :]
+        for field, ladder in LADDERS.items()
+        if values.get(field) in ladder
+    }
+    return [{field: rung} for field, rungs in below.items() for rung in rungs]
 
 
 def ablation_runs(
@@ -130,9 +148,9 @@ def _variants(
 ) -> tuple[PlannerEntry, ...]:
     cls = handed[whole.name].cls if whole.name in handed else None
     values = dotted(whole.config)
-    off = [switch for switch in switches(cls or whole.spec) if values[switch]]
-    lesser = (variant(whole, {s: "false"}, protocol, cls) for s in off)
-    return (whole, *lesser)
+    off = [{s: "false"} for s in switches(cls or whole.spec) if values[s]]
+    changes = [*rungs(values), *off]
+    return (whole, *(variant(whole, change, protocol, cls) for change in changes))
 
 
 def _in(base: RunConfig, situation: Situation) -> RunConfig:
@@ -189,9 +207,15 @@ def effects_of(
         whole, *others = ([r for r in own if r.planner == e.name] for e in entries)
         effects.append(_whole(family, situation, whole))
         for entry, rest in zip(entries[1:], others, strict=True):
-            switch = next(k for k in entry.settings if k not in entries[0].settings)
-            effects.append(_variant(family, situation, switch, rest, whole))
+            effects.append(_variant(family, situation, _less(entry), rest, whole))
     return effects
+
+
+def _less(entry: PlannerEntry) -> str:
+    """Return what a variant has less: a switch, or a rung."""
+    [(field, text)] = entry.varied.items()
+    field = field.removeprefix(f"{entry.base}.")
+    return field if text == "false" else f"{field}={text}"
 
 
 def _whole(family: str, situation: str, rows: Sequence[Row]) -> Effect:

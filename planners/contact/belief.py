@@ -3,8 +3,10 @@
 Vectors are ordered as `CLASSES`: safe, movable, fragile.
 """
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Literal, get_args
 
 import numpy as np
 
@@ -13,6 +15,13 @@ from beacon_mj.errors import PlannerError
 from beacon_mj.geometry import Array
 from beacon_mj.interface import Evidence, Probabilities, PushEvidence, SensedObstacle
 from beacon_mj.planners.checks import expect, expect_all_between, expect_between
+from beacon_mj.planners.contact.sharing import KindBelief, ScaleBelief
+
+Memory = Literal["none", "failures", "belief"]
+Sharing = Literal["kind", "scale"]
+FORGET_S = 10.0  #: Time after which memory `none` has forgotten a failed push [s].
+#: Standard deviation of the logarithm of one obstacle's perceived breakaway force.
+FORCE_ERROR = 0.21
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -62,8 +71,17 @@ class Likelihoods:
 class BeliefSettings:
     """What a planner learns from its pushes, and when that makes it think again."""
 
-    #: Whether contact evidence updates the belief (an ablation).
-    update_belief: bool = True
+    #: What a push leaves behind: `none`, a failure is forgotten after 10 s; `failures`,
+    #: it is remembered for good; `belief`, it updates the belief as well.
+    memory: Memory = "belief"
+    #: What a push tells of the other obstacles, where memory is `belief`: of those of
+    #: its `kind`, and of the `scale` of all forces; `[]` for nothing, as in the paper.
+    sharing: frozenset[Sharing] = frozenset()
+    #: Probability that an obstacle has its kind's class, 0 to 1.
+    reliability: float = 0.95
+    #: Standard deviation of the logarithm of the scale, the factor between all
+    #: perceived forces and the true ones; 0 where it is known to be one.
+    scale_error: float = 0.0
     #: Whether a changed belief triggers replanning (an ablation).
     replan_on_belief: bool = True
     #: L1 change of a belief that triggers replanning (epsilon_b).
@@ -78,6 +96,27 @@ class BeliefSettings:
             PlannerError: If a field is out of range.
         """
         expect_between("threshold", self.threshold, 0.0, 2.0)
+        expect_between("reliability", self.reliability, 0.0, 1.0)
+        expect_between("scale_error", self.scale_error, 0.0, 3.0)
+        for name, value, words in (
+            ("memory", {self.memory}, get_args(Memory)),
+            ("sharing", self.sharing, get_args(Sharing)),
+        ):
+            expect(
+                name,
+                getattr(self, name),
+                f"of {', '.join(words)}",
+                {*value} <= {*words},
+            )
+
+    def shares(self, what: Sharing) -> bool:
+        """Whether a push tells of the other obstacles, through their kind or scale."""
+        return self.memory == "belief" and what in self.sharing
+
+    @property
+    def failures_last_s(self) -> float:
+        """For how long a failed push is remembered [s]."""
+        return FORGET_S if self.memory == "none" else math.inf
 
     def calls_for_replanning(self, change_l1: float) -> bool:
         """Whether |b' - b|_1 > epsilon_b (paper II.H)."""
@@ -114,37 +153,84 @@ class BeliefMap:
     """Beliefs about all sensed obstacles, and bounds on the forces they need.
 
     Attributes:
-        settings: What is learned; without `update_belief` every belief stays at its
-            prior, and no bound is kept.
+        settings: What is learned, and shared; unless memory is `belief` every belief
+            stays at its prior, and no bound is kept.
+        force_error: Standard deviation of the logarithm of one obstacle's perceived
+            force, the error of the scale aside; > 0.
         beliefs: Class probabilities by obstacle id.
         at_least_n: Force that is known not to move an obstacle [N].
         at_most_n: Force that is known to move it [N].
-        version: Grows whenever a belief or a bound changes.
+        kinds: Belief about each kind, where it is shared.
+        scale: Belief about the scale of forces; one for sure, where it is not shared.
     """
 
     settings: BeliefSettings = field(default_factory=BeliefSettings)
+    force_error: float = FORCE_ERROR
     beliefs: dict[str, Probabilities] = field(default_factory=dict)
     at_least_n: dict[str, float] = field(default_factory=dict)
     at_most_n: dict[str, float] = field(default_factory=dict)
-    version: int = 0
+    kinds: dict[str, KindBelief] = field(default_factory=dict)
+    scale: ScaleBelief = field(init=False)
+    _kind_of: dict[str, str] = field(default_factory=dict)
+    _perceived_n: dict[str, float] = field(default_factory=dict)
+    _factor: float = 1.0
+
+    def __post_init__(self) -> None:
+        """Start the belief about the scale."""
+        width = self.settings.scale_error if self.settings.shares("scale") else 0.0
+        self.scale = ScaleBelief(width, self.force_error)
 
     def sight(self, obstacle: SensedObstacle) -> bool:
         """Start a belief at first sight; return whether it is new."""
         if obstacle.id in self.beliefs:
             return False
-        self._store(obstacle.id, prior(obstacle.scores))
+        first = _probabilities(prior(obstacle.scores))
+        self._perceived_n[obstacle.id] = obstacle.perceived_force_n
+        self._store({obstacle.id: first})
+        if obstacle.kind is not None and self.settings.shares("kind"):
+            self._kind_of[obstacle.id] = obstacle.kind
+            fresh = KindBelief(self.settings.reliability)
+            kind = self.kinds.setdefault(obstacle.kind, fresh)
+            kind.sight(obstacle.id, first)
+            self._store(kind.beliefs())
         return True
 
     def learn(self, evidence: PushEvidence) -> float:
-        """Update from one push attempt; return the L1 change of the belief (II.H)."""
-        if not self.settings.update_belief or evidence.id not in self.beliefs:
+        """Update from one push; return the largest L1 change of a belief (II.H).
+
+        The change of the belief about the scale counts as well.
+        """
+        if self.settings.memory != "belief" or evidence.id not in self.beliefs:
             return 0.0
-        before = np.array(self.beliefs[evidence.id])
-        likelihood = self.settings.likelihoods.of(evidence.evidence)
-        after = posterior(before, likelihood)
-        self._store(evidence.id, after)
+        before, weights = self.beliefs, self.scale.weights
+        self._learn_scale(evidence)
+        self._learn_class(evidence)
         self._bound(evidence)
-        return float(np.abs(after - before).sum())
+        changes = [_l1(weights, self.scale.weights)]
+        changes += [_l1(old, self.beliefs[i]) for i, old in before.items()]
+        return max(changes)
+
+    def _learn_class(self, evidence: PushEvidence) -> None:
+        """Apply Bayes' rule to the obstacle, or to all of its kind."""
+        i = evidence.id
+        likelihood = self.settings.likelihoods.of(evidence.evidence)
+        if i in self._kind_of:
+            kind = self.kinds[self._kind_of[i]]
+            kind.learn(i, likelihood.tolist())
+            self._store(kind.beliefs())
+        else:
+            after = posterior(np.array(self.beliefs[i]), likelihood)
+            self._store({i: _probabilities(after)})
+
+    def _learn_scale(self, evidence: PushEvidence) -> None:
+        """Take in the first push of an obstacle; a second would say the same again."""
+        i = evidence.id
+        if not (i in self.at_least_n or i in self.at_most_n):
+            gives_way = 1.0 - self.probability(i, "safe")
+            self.scale.learn(
+                self._perceived_n[i], evidence.evidence, evidence.force_n, gives_way
+            )
+            self._factor = self.scale.factor
 
     def probability(self, obstacle_id: str, interaction: InteractionClass) -> float:
         """Return b_i(c) of one class."""
@@ -156,10 +242,20 @@ class BeliefMap:
         return b[0] * values[0] + b[1] * values[1] + b[2] * values[2]
 
     def force_n(self, obstacle: SensedObstacle) -> float:
-        """Return F_i: the perceived Coulomb force, within what pushes revealed [N]."""
-        force = obstacle.perceived_force_n
+        """Return F_i: the perceived Coulomb force, within what pushes revealed [N].
+
+        The perceived force counts by the scale that pushes of others revealed.
+        """
+        force = self._factor * obstacle.perceived_force_n
         force = min(force, self.at_most_n.get(obstacle.id, np.inf))
         return max(force, self.at_least_n.get(obstacle.id, 0.0))
+
+    def probability_below(self, obstacle: SensedObstacle, limit_n: float) -> float:
+        """Return P(F_i < limit) of an obstacle that has not moved yet.
+
+        Log-normal about the perceived force, and about the scale where it is shared.
+        """
+        return self.scale.probability_below(obstacle.perceived_force_n, limit_n)
 
     def fragility(self, obstacles: Sequence[SensedObstacle]) -> float:
         """Return the largest probability of being fragile among some obstacles."""
@@ -178,10 +274,8 @@ class BeliefMap:
         whole = [obstacle for obstacle in moved if not obstacle.broken]
         return len(moved) < 2 or not whole or self.fragility(whole) <= accepted_fragile
 
-    def _store(self, obstacle_id: str, belief: Array) -> None:
-        a, b, c = (float(p) for p in belief)
-        self.beliefs = {**self.beliefs, obstacle_id: (a, b, c)}
-        self.version += 1
+    def _store(self, beliefs: Mapping[str, Probabilities]) -> None:
+        self.beliefs = {**self.beliefs, **beliefs}
 
     def _bound(self, evidence: PushEvidence) -> None:
         i, force = evidence.id, evidence.force_n
@@ -189,3 +283,13 @@ class BeliefMap:
             self.at_least_n[i] = max(force, self.at_least_n.get(i, 0.0))
         elif evidence.evidence == "moved":
             self.at_most_n[i] = min(force, self.at_most_n.get(i, np.inf))
+
+
+def _probabilities(belief: Array) -> Probabilities:
+    """Return a belief of shape (3,) as plain numbers."""
+    a, b, c = (float(p) for p in belief)
+    return a, b, c
+
+
+def _l1(before: Sequence[float], after: Sequence[float]) -> float:
+    return math.fsum(abs(a - b) for a, b in zip(after, before, strict=True))

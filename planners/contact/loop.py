@@ -75,7 +75,7 @@ class ContactPlanner(Planner[C]):
         self._recovery = Recovery(task)
         self._controller: PushController | None = None
         self._decision: Decision | None = None
-        self._attempts = Attempts()
+        self._attempts = Attempts(self.policy.belief_settings.failures_last_s)
         self._planned_version = -1
         self._stale = True
 
@@ -93,6 +93,7 @@ class ContactPlanner(Planner[C]):
     def _learn(self, observation: Observation) -> None:
         """Hand on what is seen, and the evidence of push attempts."""
         self.policy.observe(observation)
+        self._attempts.forget(observation.time_s)
         for evidence in observation.evidence:
             if self.policy.learn(evidence):
                 self._stale = True
@@ -134,6 +135,9 @@ class ContactPlanner(Planner[C]):
                 observation, plan, self._wide, self._task
             ):
                 return "the way is clear"
+            # A door that gave way, before another barrier: no way to the goal is free.
+            if self._wide.path is None and controller.pushed_m >= plan.travel_m:
+                return "pushed as far as planned"
             if self.policy.predicts_cascades and not self.policy.chain_is_safe(
                 next_in_chain(observation, plan, self._task)
             ):
@@ -159,21 +163,41 @@ class ContactPlanner(Planner[C]):
         return Command(velocity_mps=velocity, info=info)
 
     def _plan(self, observation: Observation) -> None:
-        """Plan both ways and decide; where all else fails, with less room."""
+        """Plan both ways and decide; where all else fails, with less room.
+
+        What was just pushed aside is pushed again only where nothing else is left.
+        """
         self._stale, self._planned_version = False, observation.map_version
         self._decision = None
         self._free = self._wide
         self._wide.update(observation, force=self._recovery.ended)
-        if self._choose(observation, last_resort=False) or self._wide.path is not None:
+        if self._choose(observation) or self._wide.path is not None:
             return
         self._free = self._tight
         self._tight.update(observation, force=self._recovery.ended)
-        if self._tight.path is None:
-            self._choose(observation, last_resort=True)
+        if self._tight.path is not None:
+            return
+        if self._attempts.any_rests(observation) and self._choose(
+            observation, rested=True
+        ):
+            return
+        self._choose(observation, rested=True, last_resort=True)
 
-    def _choose(self, observation: Observation, *, last_resort: bool) -> bool:
-        """Let the policy decide; return whether there is now a way to go on."""
-        costs = self._costs(observation, last_resort=last_resort)
+    def _choose(
+        self,
+        observation: Observation,
+        *,
+        rested: bool = False,
+        last_resort: bool = False,
+    ) -> bool:
+        """Let the policy decide; return whether there is now a way to go on.
+
+        Args:
+            observation: What is known now.
+            rested: Whether what was pushed a moment ago may be pushed again.
+            last_resort: Whether nothing else is left.
+        """
+        costs = self._costs(observation, rested=rested, last_resort=last_resort)
         options = self._options(observation, costs, wide=last_resort)
         decision = self.policy.choose(observation, options, self._free)
         if decision is None:
@@ -200,14 +224,14 @@ class ContactPlanner(Planner[C]):
             del costs[crossing.index]
 
     def _costs(
-        self, observation: Observation, *, last_resort: bool
+        self, observation: Observation, *, rested: bool, last_resort: bool
     ) -> dict[int, float]:
         """Return the crossing costs of all obstacles that may be pushed now."""
-        costs, blocked = {}, self._free.path is None
+        costs = {}
         for i, obstacle in enumerate(observation.obstacles):
             if self._attempts.immovable(obstacle):
                 continue
-            if self._attempts.resting(obstacle, observation) and not blocked:
+            if self._attempts.rests(obstacle, observation) and not rested:
                 continue
             cost = self.policy.crossing_cost(obstacle, last_resort=last_resort)
             if cost is not None:

@@ -15,7 +15,7 @@ from typing import Any, ClassVar, Generic
 from beacon_mj.interface import Observation, PushEvidence, SensedObstacle, Task
 from beacon_mj.motion.detour import FreeRoute
 from beacon_mj.planners.base import C, NoConfig
-from beacon_mj.planners.contact.belief import BeliefMap, BeliefSettings
+from beacon_mj.planners.contact.belief import FORCE_ERROR, BeliefMap, BeliefSettings
 from beacon_mj.planners.contact.candidates import PushPlan
 from beacon_mj.planners.contact.decision import Decision
 from beacon_mj.planners.contact.limits import PushLimits
@@ -45,7 +45,7 @@ class PushPolicy(ABC, Generic[C]):
     def reset(self, task: Task) -> None:
         """Forget everything and start on `task`."""
         self.task = task
-        self.beliefs = BeliefMap(self.belief_settings)
+        self.beliefs = BeliefMap(self.belief_settings, self.force_error)
 
     def observe(self, observation: Observation) -> None:
         """Take in what is seen, in every control step before anything else."""
@@ -117,6 +117,11 @@ class PushPolicy(ABC, Generic[C]):
     def belief_settings(self) -> BeliefSettings:
         """How beliefs are updated."""
         return BeliefSettings()
+
+    @property
+    def force_error(self) -> float:
+        """Standard deviation of the logarithm of a perceived breakaway force, > 0."""
+        return FORCE_ERROR
 
     @property
     def predicts_cascades(self) -> bool:

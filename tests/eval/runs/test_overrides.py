@@ -19,6 +19,7 @@ from beacon_mj.eval.runs.overrides import (
     flat,
     parse_settings,
 )
+from beacon_mj.eval.runs.variants import built_ins, text_of
 from beacon_mj.planners.base import NoConfig, Planner
 from beacon_mj.planners.beacon import Beacon, BeaconConfig
 from beacon_mj.planners.beacon_voi import BeaconVoi
@@ -187,3 +188,21 @@ def test_the_flat_view_has_every_leaf() -> None:
     names = flat(BeaconConfig())
     assert {"risk", "weights.w_e", "belief.likelihoods.broken"} <= set(names)
     assert all(not dataclasses.is_dataclass(value) for value in names.values())
+
+
+@pytest.mark.parametrize("former", ["belief.update_belief", "update_belief"])
+def test_a_former_name_is_refused_with_the_new_one(former: str) -> None:
+    new = f"beacon.{former} is now beacon.belief.memory=belief, failures or none"
+    with pytest.raises(PlannerError, match=new):
+        configure(Beacon, {former: "false"}, "beacon")
+
+
+def test_a_set_of_words_is_recorded_in_one_order() -> None:
+    text = {"belief.sharing": "[scale,kind]", "belief.memory": "belief"}
+    config = configure(Beacon, text, "beacon")
+    assert config.belief.sharing == {"kind", "scale"}
+    assert built_ins(config)["belief"]["sharing"] == ["kind", "scale"]
+    assert configure(BeaconVoi, {"belief.sharing": "[]"}, "v").belief.sharing == set()
+    assert text_of(config.belief.sharing) == "kind,scale"
+    with pytest.raises(PlannerError, match="each one of kind, scale"):
+        configure(Beacon, {"belief.sharing": "[kinds]"}, "beacon")

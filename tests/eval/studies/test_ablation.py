@@ -20,9 +20,9 @@ from beacon_mj.eval.studies.ablation import (
 from tests.eval.traces import trace
 
 SWITCHES = (
-    "predict_cascades", "battery_reweighting", "belief.update_belief",
-    "belief.replan_on_belief",
+    "predict_cascades", "battery_reweighting", "belief.replan_on_belief",
 )  # fmt: skip
+LADDER = ({"belief.memory": "failures"}, {"belief.memory": "none"})
 
 
 def row(planner: str, index: int, steps: int, *, clean: bool = True) -> Row:
@@ -60,7 +60,7 @@ def test_a_run_for_each_situation_with_every_variant() -> None:
     assert len(refs) == 3
     for config in runs.values():
         assert [dict(e.settings) for e in config.planners] == [
-            {}, *({switch: "false"} for switch in SWITCHES)
+            {}, *LADDER, *({switch: "false"} for switch in SWITCHES)
         ]  # fmt: skip
         assert all(
             value(e, s) is (s not in e.settings)
@@ -73,13 +73,14 @@ def test_a_run_for_each_situation_with_every_variant() -> None:
 
 
 def test_what_the_user_switched_off_stays_off() -> None:
-    runs, _ = ablation_runs(
-        "beacon", ["beacon.belief.update_belief=false"], scenes_per_family=1
-    )
+    settings = ["beacon.predict_cascades=false", "beacon.belief.memory=failures"]
+    runs, _ = ablation_runs("beacon", settings, scenes_per_family=1)
     whole, *variants = runs["noisy"].planners
-    assert value(whole, "belief.update_belief") is False
-    assert len(variants) == len(SWITCHES) - 1
-    assert all(value(v, "belief.update_belief") is False for v in variants)
+    assert value(whole, "predict_cascades") is False
+    assert len(variants) == len(SWITCHES)  # One switch less, and one rung.
+    assert all(value(v, "predict_cascades") is False for v in variants)
+    memories = [value(v, "belief.memory") for v in variants]
+    assert memories == ["none", "failures", "failures"]
 
 
 def test_effects_are_paired_differences_to_the_whole_planner() -> None:
@@ -90,7 +91,7 @@ def test_effects_are_paired_differences_to_the_whole_planner() -> None:
     effects = {
         (e.family, e.variant): e for e in effects_of("noisy", entries, rows[::-1])
     }
-    whole, off = effects["a", ""], effects["a", SWITCHES[0]]
+    whole, off = effects["a", ""], effects["a", "belief.memory=failures"]
     assert whole.costs["steps"].estimate == pytest.approx(150.0)
     assert whole.clean == 3
     # Scenes differ by fifty steps, the variant by seven in each: no spread is left.
@@ -98,7 +99,7 @@ def test_effects_are_paired_differences_to_the_whole_planner() -> None:
     assert off.costs["obstacles_broken"].estimate == pytest.approx(1.0 / 3.0)
     assert off.clean_rate.estimate == pytest.approx(-1.0 / 3.0)
     assert (off.success, off.clean) == (3, 2)
-    assert effects["overall", SWITCHES[0]].costs == off.costs
+    assert effects["overall", "belief.memory=failures"].costs == off.costs
 
 
 def test_several_planners_are_refused() -> None:

@@ -1,5 +1,7 @@
 """Belief: Bayes' rule against hand computation, calibration laws, and bounds."""
 
+import math
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -8,15 +10,19 @@ from hypothesis import strategies as st
 from beacon_mj.errors import PlannerError
 from beacon_mj.interface import Evidence, PushEvidence
 from beacon_mj.planners.contact.belief import (
+    FORCE_ERROR,
     BeliefMap,
     BeliefSettings,
     Likelihoods,
+    Memory,
+    Sharing,
     posterior,
     prior,
 )
 from tests.sensed import sensed_box
 
 EVIDENCE: tuple[Evidence, ...] = ("moved", "not_moved", "broken")
+ALL: frozenset[Sharing] = frozenset({"kind", "scale"})
 probabilities = st.lists(st.floats(0.01, 1.0), min_size=3, max_size=3)
 
 
@@ -86,9 +92,88 @@ def test_breakaway_force_bounds_from_above() -> None:
     assert beliefs.force_n(box) == pytest.approx(7.0)
 
 
-def test_frozen_belief_learns_nothing() -> None:
-    beliefs, box = BeliefMap(BeliefSettings(update_belief=False)), sensed_box("a")
+@pytest.mark.parametrize("memory", ["none", "failures"])
+def test_frozen_belief_learns_nothing(memory: Memory) -> None:
+    settings = BeliefSettings(memory=memory, sharing=ALL, scale_error=0.5)
+    beliefs, box = BeliefMap(settings), sensed_box("a", kind="crate")
     beliefs.sight(box)
     before = beliefs.beliefs["a"]
-    assert beliefs.learn(PushEvidence("a", "broken", 30.0, 1.0)) == 0.0
+    assert beliefs.learn(PushEvidence("a", "not_moved", 30.0, 1.0)) == 0.0
     assert beliefs.beliefs["a"] == before
+    assert beliefs.force_n(box) == box.perceived_force_n
+
+
+def test_memory_and_sharing_are_words_of_their_own() -> None:
+    with pytest.raises(PlannerError, match="Expected memory to be of none, failures"):
+        BeliefSettings(memory="all")  # type: ignore[arg-type]
+    with pytest.raises(PlannerError, match="Expected sharing to be of kind, scale"):
+        BeliefSettings(sharing=frozenset({"kinds"}))  # type: ignore[arg-type]
+
+
+def crates(settings: BeliefSettings) -> BeliefMap:
+    """Two crates and a bin, seen at once."""
+    beliefs = BeliefMap(settings)
+    for name, kind in (("a", "crate"), ("b", "crate"), ("c", "bin")):
+        beliefs.sight(sensed_box(name, scores=(0.5, 0.4, 0.1), kind=kind))
+    return beliefs
+
+
+def test_a_push_tells_of_its_kind_and_of_no_other() -> None:
+    shared = crates(BeliefSettings(sharing=frozenset({"kind"}), reliability=0.9))
+    first = dict(shared.beliefs)
+    change = shared.learn(PushEvidence("a", "not_moved", 55.0, 1.0))
+    safe = {i: shared.probability(i, "safe") for i in "abc"}
+    assert safe["a"] > safe["b"] > 0.8
+    assert shared.beliefs["c"] == pytest.approx(first["c"])
+    changes = [
+        sum(abs(p - q) for p, q in zip(first[i], shared.beliefs[i], strict=True))
+        for i in "abc"
+    ]
+    assert change == pytest.approx(max(changes))
+
+
+def test_without_sharing_kinds_tell_nothing() -> None:
+    alone, first = crates(BeliefSettings()), (0.5, 0.4, 0.1)
+    alone.learn(PushEvidence("a", "not_moved", 55.0, 1.0))
+    assert alone.beliefs["b"] == pytest.approx(first)
+    unreliable = BeliefSettings(sharing=frozenset({"kind"}), reliability=0.0)
+    assert crates(unreliable).beliefs["b"] == pytest.approx(first)
+
+
+def test_one_push_rescales_all_perceived_forces() -> None:
+    settings = BeliefSettings(sharing=frozenset({"scale"}), scale_error=0.7)
+    beliefs, boxes = BeliefMap(settings), [sensed_box(i) for i in "ab"]
+    for box in boxes:
+        beliefs.sight(box)
+    perceived = boxes[0].perceived_force_n
+    assert beliefs.force_n(boxes[1]) == pytest.approx(perceived)
+    before = beliefs.probability_below(boxes[1], perceived)
+    assert beliefs.learn(PushEvidence("a", "moved", 3.0 * perceived, 1.0)) > 0.5
+    assert beliefs.force_n(boxes[1]) > 1.5 * perceived
+    assert beliefs.probability_below(boxes[1], perceived) < 0.5 * before
+    # The same obstacle says nothing new of the scale.
+    weights = beliefs.scale.weights
+    beliefs.learn(PushEvidence("a", "moved", 3.0 * perceived, 2.0))
+    assert beliefs.scale.weights == weights
+
+
+@given(
+    st.lists(st.tuples(st.sampled_from("ab"), st.sampled_from(EVIDENCE)), max_size=4)
+)
+def test_a_scale_that_is_known_changes_no_bit(
+    pushes: list[tuple[str, Evidence]],
+) -> None:
+    plain = BeliefMap()
+    shared = BeliefMap(BeliefSettings(sharing=ALL))  # The obstacles have no kind.
+    boxes = [sensed_box("a"), sensed_box("b", density=333.0)]
+    for each in (plain, shared):
+        for box in boxes:
+            each.sight(box)
+        for name, evidence in pushes:
+            each.learn(PushEvidence(name, evidence, 12.5, 1.0))
+    assert shared.beliefs == plain.beliefs
+    for box in boxes:
+        spare = math.log(60.0 / box.perceived_force_n)
+        tail = 0.5 * math.erfc(-spare / (FORCE_ERROR * math.sqrt(2.0)))
+        assert shared.force_n(box) == plain.force_n(box)
+        assert shared.probability_below(box, 60.0) == tail
