@@ -13,13 +13,14 @@ from beacon_mj.episode.protocol import Protocol
 from beacon_mj.errors import PlannerError, RunError
 from beacon_mj.eval.runs.lineup import planner_entries
 from beacon_mj.eval.runs.overrides import (
+    built_ins,
     configure,
     convert,
     dotted,
     flat,
     parse_settings,
 )
-from beacon_mj.eval.runs.variants import built_ins, text_of
+from beacon_mj.eval.runs.variants import text_of
 from beacon_mj.planners.base import NoConfig, Planner
 from beacon_mj.planners.beacon import Beacon, BeaconConfig
 from beacon_mj.planners.beacon_voi import BeaconVoi
