@@ -170,7 +170,11 @@ _WRITES = {
         "object.__setattr__(seen, 'position_m', task.goal_m)",
         None,
     ),
-    "ForcesShape": ("task.goal_m.shape = (2, 1)", None),
+    # NumPy 2.5 warns of it, and does it.
+    "ForcesShape": (
+        "warnings.simplefilter('ignore'); task.goal_m.shape = (2, 1)",
+        None,
+    ),
 }
 _STATES = {
     "ChangesFolder": "os.makedirs('elsewhere', exist_ok=True); os.chdir('elsewhere')",
