@@ -11,6 +11,7 @@ from beacon_mj.episode.door import Door
 from beacon_mj.episode.interrupts import watched
 from beacon_mj.episode.protocol import Protocol, battery_slope
 from beacon_mj.episode.rollout import truth_about
+from beacon_mj.episode.routes import route_graph
 from beacon_mj.episode.sensor import Sensor
 from beacon_mj.episode.trace import Outcome, StepRecord, Trace
 from beacon_mj.errors import PlannerError, one_line
@@ -137,6 +138,7 @@ class _Loop:
     def run(self, task: Task, truth: Truth | None, observation: Observation) -> Outcome:
         """Step until the episode ends; return how."""
         try:
+            self.door.tell(route_graph(self.trace.scene))
             self.door.reset(task, truth)
             while True:
                 command, seconds = self.door.decide(observation)

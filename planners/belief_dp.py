@@ -1,0 +1,89 @@
+"""The optimum over all policies that learn, driven in MuJoCo: a reference planner."""
+
+from functools import lru_cache
+
+from beacon_mj.interface import Task
+from beacon_mj.learning import (
+    DoorPart,
+    PartPolicy,
+    optimistic_s,
+    world_posterior,
+)
+from beacon_mj.planners.routes.policy import (
+    RouteConfig,
+    RouteContactPlanner,
+    RoutePolicy,
+)
+from beacon_mj.planners.routes.progress import RouteProgress
+
+
+class BeliefDpPolicy(RoutePolicy[RouteConfig]):
+    """The policy of the certificate's `updating_s`."""
+
+    Config = RouteConfig
+
+    def start(self, task: Task, learned: dict[str, bool]) -> None:
+        """Start with no plan made."""
+        super().start(task, learned)
+        self._plan = lru_cache(maxsize=None)(self._planned)
+
+    def rank(self, progress: RouteProgress) -> dict[int, float]:
+        """Return the expected time of the optimum for the door it tries [s].
+
+        Where the prior holds what was seen for impossible, optimism decides.
+        """
+        ref = progress.stage
+        assert ref is not None
+        part, failed = progress.routes.part(ref), progress.failed
+        before = progress.outcomes(ref.part, of_stage=False)
+        tried = {part.stages[ref.stage].doors[i]: False for i in failed}
+        if world_posterior(part, before | tried) is None or len(failed) == len(
+            part.stages[ref.stage].doors
+        ):
+            stage = progress.routes.stage(ref)
+            return optimistic_s(stage, progress.at, progress.shut)
+        # Who remembers nothing of earlier stages plans as if there had been none.
+        first = 0 if before else ref.stage
+        policy = self._plan(ref.part, first)
+        state = ref.stage - first, progress.at, failed, policy.evidence(before)
+        return {policy.choose(*state): policy.expected_from(*state)}
+
+    def _planned(self, part: int, first: int) -> PartPolicy:
+        """Return the optimal policy of a part from a stage on."""
+        problem = self.progress.routes.problem
+        own = problem.parts[part]
+        left = DoorPart(stages=own.stages[first:], weights=own.weights, opens=own.opens)
+        return PartPolicy(left, problem.fail_s, problem.pass_s)
+
+
+class BeliefDp(RouteContactPlanner[RouteConfig]):
+    """The updating optimum of the certificate, with the controller of all others.
+
+    V(b, d, F, e) = min_i t(d, i) + P_i (t_pass + t_cross(i) + V(b + 1, entry, {}, e_i))
+                                  + (1 - P_i) (t_fail + V(b, i, F + {i}, e))
+
+    over stages b, places d, doors F that failed in the stage, and evidence e of earlier
+    ones, with P_i the exact posterior probability that door i opens; see
+    `beacon_mj.learning.policy`. No policy takes less time on the route graph in
+    expectation, so what another planner loses to it is lost by its decisions. The prior
+    and the graph are told; what is true of this scene's doors is not.
+    """
+
+    Policy = BeliefDpPolicy
+    policy: BeliefDpPolicy
+
+    def next_day(self, task: Task) -> None:
+        """Start on the next day, knowing of the doors what earlier days showed.
+
+        Doors whose latent is drawn anew are met as if for the first time.
+        """
+        learned = self.policy.progress.learned
+        self.reset(task)
+        routes = self.policy.progress.routes
+        lasting = {
+            name
+            for ref in routes.today
+            if ref.stage > 0
+            for name in routes.doors[ref.part]
+        }
+        self.policy.start(task, {k: v for k, v in learned.items() if k in lasting})
