@@ -25,8 +25,8 @@ class PushPolicy(ABC, Generic[C]):
     """What may be pushed, what it costs, and what was learned; no state of the loop.
 
     Abstract are `crossing_cost`, `choose` and `limits`. In the order of an episode the
-    loop calls `reset` once; `observe` and `learn` in each step; `ended` after a push; and
-    when plans are stale `crossing_cost` for every obstacle, then `choose`, then
+    loop calls `reset` once; `observe` and `learn` in each step; `ended` after a push;
+    and when plans are stale `crossing_cost` for every obstacle, then `choose`, then
     `limits`.
 
     Attributes:
