@@ -67,9 +67,14 @@ def realized_s(
     for part, opens in zip(problem.parts, outcomes, strict=True):
         whole = [part] if updating else [_single_stage(part, s) for s in part.stages]
         for each in whole:
-            policy = PartPolicy(each, problem.fail_s, problem.pass_s)
-            total += policy.time_in(opens)
+            total += _policy(each, problem.fail_s, problem.pass_s).time_in(opens)
     return total
+
+
+@lru_cache(maxsize=64)
+def _policy(part: DoorPart, fail_s: float, pass_s: float) -> "PartPolicy":
+    """Return the optimal policy of a part, which many actual worlds share."""
+    return PartPolicy(part, fail_s, pass_s)
 
 
 def _single_stages(problem: DoorProblem) -> list[DoorPart]:
