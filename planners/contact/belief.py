@@ -80,7 +80,7 @@ class BeliefSettings:
     sharing: frozenset[Sharing] = frozenset()
     #: Probability, 0 to 1, that an obstacle has its kind's class: values that are
     #: equally likely until pushes tell how far kinds can be relied on.
-    reliability: tuple[float, ...] = (0.0, 0.8, 1.0)
+    reliability: tuple[float, ...] = (0.0, 0.5, 1.0)
     #: Standard deviation of the logarithm of the scale, the factor between all
     #: perceived forces and the true ones; 0 where it is known to be one.
     scale_error: float = 0.0
