@@ -74,14 +74,16 @@ def check_code(entries: Iterable[PlannerEntry]) -> None:
 
 def named_code(config: RunConfig) -> list[Path]:
     """Return the files that a run's configuration names and whose code would run."""
-    found = [Path(e.home) for e in config.planners if e.home]
-    for entry in config.planners:
-        if not entry.home and (path := planner_file(entry.spec)) is not None:
-            found.append(path)
-    if config.scene_dir is None and config.templates is not None:
-        layouts = layout_file(Path(config.templates))
-        found += [] if layouts is None else [layouts]
-    return [*dict.fromkeys(found)]
+    found = [planner_file(entry.loaded_from) for entry in config.planners]
+    found.append(named_layouts(config))
+    return [*dict.fromkeys(path for path in found if path is not None)]
+
+
+def named_layouts(config: RunConfig) -> Path | None:
+    """Return the layouts that generating a run's scenes would run, if it has any."""
+    if config.scene_dir is not None or config.templates is None:
+        return None
+    return layout_file(Path(config.templates))
 
 
 def check_trusted(config: RunConfig, trust_code: bool, otherwise: str = "") -> None:
@@ -103,6 +105,16 @@ def _listed(files: list[Path]) -> str:
 
 
 Sources = tuple[Path, Path, str | None]  #: See `local_sources`.
+
+
+def code_files(entry: PlannerEntry) -> dict[str, bytes]:
+    """Return the files of a planner's record; empty for a class handed over in Python.
+
+    Raises:
+        OSError: If one cannot be read.
+    """
+    found = _sources(entry.loaded_from, None)
+    return {} if found is None else local_sources(*found)
 
 
 def _sources(spec: str, cls: type[Planner] | None) -> Sources | None:

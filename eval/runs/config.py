@@ -175,6 +175,20 @@ def stored_scenes(
     return digests, refs
 
 
+def planned_scenes(config: RunConfig) -> list[SceneRef]:
+    """Return the scenes of a configured run, or its shard, reading no template.
+
+    Raises:
+        BeaconError: If stored scenes are not there, or are no valid ones.
+    """
+    names, count = [*config.families], config.scenes_per_family
+    if config.scene_dir is not None:
+        _, refs = stored_scenes(Path(config.scene_dir), names, count)
+    else:
+        refs = [SceneRef(n, i) for n in names for i in range(count or 0)]
+    return share(refs, config.shard)
+
+
 def scene_refs(config: RunConfig) -> tuple[dict[str, str], list[SceneRef]]:
     """Return the families' hashes and the scenes of a configured run, or its shard."""
     names, count = [*config.families], config.scenes_per_family

@@ -8,7 +8,7 @@ import contextlib
 import os
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import msgspec
 
@@ -26,6 +26,9 @@ CONFIG, LINES, TABLE, SUMMARY = (
     "episodes.parquet",
     "summary.json",
 )
+
+if TYPE_CHECKING:
+    import polars as pl
 
 Machines = tuple[dict[str, str], ...]
 
@@ -221,6 +224,17 @@ def write_table(
     part = path.with_name(f"{path.name}.part")
     frame(rows, config).write_parquet(part)
     part.replace(path)
+
+
+def read_table(path: Path) -> "pl.DataFrame":
+    """Return a table of rows. Raises RunError if it cannot be read."""
+    import polars as pl
+
+    try:
+        return pl.read_parquet(path)
+    except (pl.exceptions.PolarsError, OSError) as error:
+        why = " ".join(str(error).split())
+        raise RunError(f"{path}: cannot be read as Parquet: {why}.") from error
 
 
 def free_name(stem: str) -> Path:
