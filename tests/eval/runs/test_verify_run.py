@@ -12,6 +12,7 @@ import pytest
 import beacon_mj
 from beacon_mj import cli
 from beacon_mj.errors import RunError
+from beacon_mj.eval.metrics.row import Row
 from beacon_mj.eval.runs.run_folder import RunFolder, load_config, load_rows
 from beacon_mj.eval.statistics.summary import summarize
 from beacon_mj.scene.files import load_scene
@@ -70,9 +71,8 @@ def failing(run: Path, **options: object) -> set[str]:
     return {check.level for check in found.checks if not check.ok}
 
 
-def rewrite(run: Path, rows: object) -> None:
+def rewrite(run: Path, found: list[Row]) -> None:
     """Write the tables anew, as a forger would."""
-    found = [*rows]  # type: ignore[call-overload]
     (run / "episodes.jsonl").write_bytes(b"")
     folder = RunFolder(run)
     folder.append(found)
