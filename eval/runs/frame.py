@@ -71,5 +71,6 @@ def _column(name: str, values: Sequence[Any]) -> "pl.Series":
 def _plain(annotation: Any) -> Any:
     """Return the type of a column without its `| None`."""
     return next(
-        (a for a in getattr(annotation, "__args__", ()) if a is float), annotation
+        (a for a in getattr(annotation, "__args__", ()) if a in (float, int)),
+        annotation,
     )

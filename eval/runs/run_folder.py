@@ -87,9 +87,15 @@ class RunFolder:
             raise RunError(f"{self.path}: cannot be written: {_why(error)}.") from error
         return rows
 
+    def keep(self, kept: list[Row], rows: Sequence[Row]) -> list[Row]:
+        """Drop rows of the run so far that will come again; return the others."""
+        if len(kept) < len(rows):
+            self._write(LINES, _lines(kept))
+        return kept
+
     def append(self, rows: Iterable[Row]) -> None:
         """Add finished episodes; they are on disk when this returns."""
-        text = b"".join(msgspec.json.encode(row) + b"\n" for row in rows)
+        text = _lines(rows)
         with open(self.path / LINES, "ab") as file:
             file.write(text)
             file.flush()
@@ -219,6 +225,10 @@ def difference(before: RunConfig, now: RunConfig) -> str | None:
 def _text(config: RunConfig, name: str) -> bytes:
     """Return an option as it is stored, where a tuple and a list are the same."""
     return msgspec.json.encode(getattr(config, name), order="deterministic")
+
+
+def _lines(rows: Iterable[Row]) -> bytes:
+    return b"".join(msgspec.json.encode(row) + b"\n" for row in rows)
 
 
 def _pretty(value: Any) -> bytes:

@@ -18,7 +18,7 @@ from beacon_mj.planners.contact.candidates import PushPlan, push_plans
 from beacon_mj.planners.contact.checks import next_in_chain, stands_free, way_is_clear
 from beacon_mj.planners.contact.controller import PushController
 from beacon_mj.planners.contact.cost_map import ContactMap, Crossing
-from beacon_mj.planners.contact.decision import Decision
+from beacon_mj.planners.contact.decision import Decision, compared
 from beacon_mj.planners.contact.policy import PushPolicy
 from beacon_mj.planners.recovery import Recovery, give_up
 
@@ -64,6 +64,20 @@ class ContactPlanner(Planner[C]):
     def reset(self, task: Task) -> None:
         """Forget everything."""
         self.policy.reset(task)
+        self._attempts = Attempts(self.policy.belief_settings.failures_last_s)
+        self._begin(task)
+
+    @final
+    def next_day(self, task: Task) -> None:
+        """Forget all places, and keep what `belief.overnight` says."""
+        if not self.policy.belief_settings.failures_overnight:
+            return self.reset(task)
+        self.policy.next_day(task)
+        self._attempts = self._attempts.overnight()
+        self._begin(task)
+
+    def _begin(self, task: Task) -> None:
+        """Start to plan and drive, with nothing seen."""
         radius_m = self.policy.planning_radius_m(task)
         checked = replace(task, radius_m=radius_m)
         self._task = task
@@ -75,7 +89,6 @@ class ContactPlanner(Planner[C]):
         self._recovery = Recovery(task)
         self._controller: PushController | None = None
         self._decision: Decision | None = None
-        self._attempts = Attempts(self.policy.belief_settings.failures_last_s)
         self._planned_version = -1
         self._stale = True
 
@@ -165,7 +178,8 @@ class ContactPlanner(Planner[C]):
     def _plan(self, observation: Observation) -> None:
         """Plan both ways and decide; where all else fails, with less room.
 
-        What was just pushed aside is pushed again only where nothing else is left.
+        What was just pushed aside is pushed again only where nothing else is left, and
+        what earlier days of a mission have shown is doubted only after that.
         """
         self._stale, self._planned_version = False, observation.map_version
         self._decision = None
@@ -181,7 +195,10 @@ class ContactPlanner(Planner[C]):
             observation, rested=True
         ):
             return
-        self._choose(observation, rested=True, last_resort=True)
+        if self._choose(observation, rested=True, last_resort=True):
+            return
+        if self._attempts.doubt() | self.policy.doubt(observation):
+            self._plan(observation)
 
     def _choose(
         self,
@@ -260,14 +277,10 @@ class ContactPlanner(Planner[C]):
 
     def _explained(self, command: Command) -> Command:
         """Return a command with what was compared, planned and believed."""
-        decision = self._decision
         info = replace(
-            command.info,
-            cost_push=None if decision is None else decision.cost_push,
-            cost_detour=None if decision is None else decision.cost_detour,
-            terms={} if decision is None else decision.terms,
+            compared(command.info, self._decision),
             path_m=self._free.left() if self._controller is None else None,
-            beliefs=self.policy.beliefs.beliefs,
+            beliefs=self.policy.beliefs.of_seen,
             replanned=self._free.replanned,
         )
         self._free.replanned = False

@@ -7,7 +7,7 @@ import pytest
 from beacon_mj.interface import PushEvidence
 from beacon_mj.planners.beacon import Beacon, BeaconConfig
 from beacon_mj.planners.contact.attempts import Attempts
-from beacon_mj.planners.contact.belief import FORGET_S, BeliefSettings, Memory
+from beacon_mj.planners.contact.belief_settings import FORGET_S, BeliefSettings, Memory
 from tests.kinematics import make_task
 from tests.sensed import observe, sensed_box
 
