@@ -27,7 +27,6 @@ from beacon_mj.scene import Scene
 from beacon_mj.streams import stream
 from beacon_mj.world import SimulationError, World
 
-
 Key = tuple[str, str, int]  #: Planner, family and scene index.
 
 
