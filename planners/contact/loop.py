@@ -13,12 +13,12 @@ from beacon_mj.interface import Action, Command, Observation, PlannerInfo, Task
 from beacon_mj.motion.detour import FreeRoute
 from beacon_mj.motion.expansions import ExpansionCount
 from beacon_mj.planners.base import C, Planner
-from beacon_mj.planners.contact.attempts import Attempts
 from beacon_mj.planners.contact.candidates import PushPlan, push_plans
 from beacon_mj.planners.contact.checks import next_in_chain, stands_free, way_is_clear
 from beacon_mj.planners.contact.controller import PushController
 from beacon_mj.planners.contact.cost_map import ContactMap, Crossing
 from beacon_mj.planners.contact.decision import Decision, compared
+from beacon_mj.planners.contact.memory import Memory
 from beacon_mj.planners.contact.policy import PushPolicy
 from beacon_mj.planners.recovery import Recovery, give_up
 
@@ -52,6 +52,7 @@ class ContactPlanner(Planner[C]):
         """Build the planner and its policy; None for defaults."""
         super().__init__(config)
         self.policy = self.Policy(self.config)
+        self._memory = Memory(self.policy)
 
     @classmethod
     def missing(cls) -> list[str]:
@@ -63,17 +64,13 @@ class ContactPlanner(Planner[C]):
     @final
     def reset(self, task: Task) -> None:
         """Forget everything."""
-        self.policy.reset(task)
-        self._attempts = Attempts(self.policy.belief_settings.failures_last_s)
+        self._memory.reset(task)
         self._begin(task)
 
     @final
     def next_day(self, task: Task) -> None:
         """Forget all places, and keep what `belief.overnight` says."""
-        if not self.policy.belief_settings.failures_overnight:
-            return self.reset(task)
-        self.policy.next_day(task)
-        self._attempts = self._attempts.overnight()
+        self._memory.next_day(task)
         self._begin(task)
 
     def _begin(self, task: Task) -> None:
@@ -105,13 +102,10 @@ class ContactPlanner(Planner[C]):
 
     def _learn(self, observation: Observation) -> None:
         """Hand on what is seen, and the evidence of push attempts."""
-        self.policy.observe(observation)
-        self._attempts.forget(observation.time_s)
-        for evidence in observation.evidence:
-            if self.policy.learn(evidence):
-                self._stale = True
-            self._attempts.learn(evidence)
-            if self._controller is not None:
+        if self._memory.learn(observation):
+            self._stale = True
+        if self._controller is not None:
+            for evidence in observation.evidence:
                 self._controller.learn(evidence)
 
     def _carry_out(self, observation: Observation) -> Command | None:
@@ -128,7 +122,7 @@ class ContactPlanner(Planner[C]):
             info = PlannerInfo(action=controller.action, reason=reason, target=name)
             return Command(velocity_mps=velocity, info=info)
         failed = controller.phase == "failed"
-        self._attempts.ended(name, observation, failed=failed)
+        self._memory.attempts.ended(name, observation, failed=failed)
         self._controller, self._stale = None, True
         self._recovery.restart(observation)
         return None
@@ -191,13 +185,13 @@ class ContactPlanner(Planner[C]):
         self._tight.update(observation, force=self._recovery.ended)
         if self._tight.path is not None:
             return
-        if self._attempts.any_rests(observation) and self._choose(
+        if self._memory.attempts.any_rests(observation) and self._choose(
             observation, rested=True
         ):
             return
         if self._choose(observation, rested=True, last_resort=True):
             return
-        if self._attempts.doubt() | self.policy.doubt(observation):
+        if self._memory.doubt(observation):
             self._plan(observation)
 
     def _choose(
@@ -246,9 +240,9 @@ class ContactPlanner(Planner[C]):
         """Return the crossing costs of all obstacles that may be pushed now."""
         costs = {}
         for i, obstacle in enumerate(observation.obstacles):
-            if self._attempts.immovable(obstacle):
+            if self._memory.attempts.immovable(obstacle):
                 continue
-            if self._attempts.rests(obstacle, observation) and not rested:
+            if self._memory.attempts.rests(obstacle, observation) and not rested:
                 continue
             cost = self.policy.crossing_cost(obstacle, last_resort=last_resort)
             if cost is not None:
@@ -265,7 +259,7 @@ class ContactPlanner(Planner[C]):
             self._task,
             crossing,
             lambda i: min(self.policy.force_n(obstacles[i]), limit_n),
-            lambda i: self._attempts.immovable(obstacles[i]),
+            lambda i: self._memory.attempts.immovable(obstacles[i]),
             predict=self.policy.predicts_cascades,
             wide=wide,
         )

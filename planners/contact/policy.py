@@ -8,6 +8,7 @@ three methods, and a planner that names it has nothing else to do:
         Policy = MyPolicy
 """
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
 from typing import Any, ClassVar, Generic
@@ -58,6 +59,18 @@ class PushPolicy(ABC, Generic[C]):
         if self.belief_settings.belief_overnight:
             self.beliefs, self._inherits = kept, True
             kept.next_day()
+
+    def contradicts(self, evidence: PushEvidence) -> bool:
+        """Whether a push, not learned yet, shows that the room changed overnight.
+
+        What moved on an earlier day withstands the same force now, or the reverse.
+        """
+        name, force_n = evidence.id, evidence.force_n
+        if not self._inherits or any(name == told.id for told in self._today):
+            return False
+        if evidence.evidence == "not_moved":
+            return force_n >= self.beliefs.at_most_n.get(name, math.inf)
+        return force_n < self.beliefs.at_least_n.get(name, 0.0)
 
     def doubt(self, observation: Observation) -> bool:
         """Believe only what this day has shown; return whether that is a change.

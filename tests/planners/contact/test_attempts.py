@@ -50,4 +50,4 @@ def test_the_loop_keeps_failures_as_its_policy_says(memory: Memory) -> None:
     for time_s, evidence in ((0.1, (failure,)), (9.9, ()), (10.1, ())):
         planner.act(dataclasses.replace(seen, time_s=time_s, evidence=evidence))
         remembered = time_s < FORGET_S or memory == "failures"
-        assert planner._attempts.immovable(BOX) is remembered
+        assert planner._memory.attempts.immovable(BOX) is remembered
