@@ -52,6 +52,14 @@ class Figure(NamedTuple):
     caption: str
 
 
+class Missions(NamedTuple):
+    """What the page shows of the missions of one family."""
+
+    results: tables.Table
+    differences: tables.Table
+    curves: Figure
+
+
 class Calibration(NamedTuple):
     """What is known about one planner's beliefs: a diagram, or why there is none."""
 
@@ -85,6 +93,8 @@ def render_report(
     summary = summarize(rows)
     tables_by = summary["tables"]
     summary["tables"] = {name: tables_by[name] for name in run.planners}
+    if missions := summary.get("missions"):
+        summary["missions"] = {n: missions[n] for n in run.planners if n in missions}
     tell("paired differences")
     base, found = _compared(run, baseline)
     families = [*dict.fromkeys(f for own in summary["tables"].values() for f in own)]
@@ -101,6 +111,7 @@ def render_report(
         outcomes=tables.outcomes(summary),
         reasons=reasons(rows),
         figures=_figures(summary, rows),
+        missions=_missions(summary, found),
         beliefs=tables.beliefs(summary),
         calibrations=[*_calibrations(run)],
         focus=focus,
@@ -162,6 +173,23 @@ def _figures(summary: dict[str, Any], rows: Sequence[Row]) -> dict[str, list[Fig
         ],
         "forces": [Figure(_data(figures.peak_forces(rows)), "Peak forces by planner")],
     }
+
+
+def _missions(summary: dict[str, Any], found: Sequence[Comparison]) -> list[Missions]:
+    """Return what there is to show of missions, family by family."""
+    missions = summary.get("missions", {})
+    families = dict.fromkeys(family for own in missions.values() for family in own)
+    return [
+        Missions(
+            tables.missions(summary, family),
+            tables.differences(found, family, whole_missions=True),
+            Figure(
+                _data(figures.learning_curves(missions, family)),
+                f"Learning curves: steps by day, {family}",
+            ),
+        )
+        for family in families
+    ]
 
 
 def _calibrations(run: Results) -> Iterable[Calibration]:
