@@ -12,14 +12,20 @@ class Clustered(Protocol):
     """A row that says what is independent of others."""
 
     @property
+    def mission(self) -> int | None:
+        """The mission that it belongs to; None outside missions."""
+
+    @property
     def unit(self) -> str:
         """The scene, or the mission."""
 
 
 def clusters_of(rows: Iterable[Clustered]) -> list[str] | None:
-    """Return the unit of each row; None if every row has its own."""
-    units = [row.unit for row in rows]
-    return None if len({*units}) == len(units) else units
+    """Return the unit of each row; None if no two rows are of one mission."""
+    found = [*rows]
+    units = [row.unit for row in found]
+    shared = len({*units}) < len(units) and any(r.mission is not None for r in found)
+    return units if shared else None
 
 
 def totals(values: Sequence[float], clusters: Sequence[str]) -> list[float]:
