@@ -3,7 +3,7 @@
 import functools
 import math
 from dataclasses import dataclass
-from typing import Annotated, Any, TypeVar, get_args, get_type_hints
+from typing import Annotated, Any, Literal, TypeVar, get_args, get_type_hints
 
 import msgspec
 from msgspec import Meta
@@ -67,6 +67,8 @@ class Protocol(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
             0.
         missed_detection: Probability that an obstacle in range is missed in a step;
             None for the family's, or 0.
+        overnight: How each further day of a mission finds the room: `restored`, as the
+            scene has it, or `as_left` by the planner on the day before.
     """
 
     sensing_radius_m: (
@@ -89,6 +91,7 @@ class Protocol(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     missed_detection: (
         Annotated[float, Meta(ge=0.0, lt=1.0, extra={_CERTAIN: 0.0})] | None
     ) = None
+    overnight: Literal["restored", "as_left"] = "restored"
 
     def certain(self) -> "Protocol":
         """Return this protocol with a sensor that senses everything, and exactly."""

@@ -21,6 +21,7 @@ from beacon_mj.recording.messages import message
 from beacon_mj.recording.schemas import SCENE_NAME, TOPICS, WORLD_NAME
 from beacon_mj.scene import Scene
 from beacon_mj.scene.files import parse_scene
+from beacon_mj.world.overnight import Left
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -37,6 +38,7 @@ class Log:
         machine: What machine recorded it; empty where the log does not say.
         result: Outcome, detail, steps and row, as text; empty if unfinished.
         protocol: How the episode was run.
+        left: How the room was left the day before; None where it is as in the scene.
         messages: Decoded messages of each topic with their times [ns], in order.
         qpos: Generalised positions at the start and after each step, (steps + 1, nq).
         qvel: Generalised velocities, (steps + 1, nv).
@@ -51,6 +53,7 @@ class Log:
     machine: dict[str, str]
     result: dict[str, str]
     protocol: Protocol
+    left: Left | None
     messages: dict[str, list[tuple[int, Any]]]
     qpos: Array
     qvel: Array
@@ -124,6 +127,7 @@ def read_log(path: str | Path) -> Log:
         machine=raw.metadata.get("machine", {}),
         result=raw.metadata.get("result", {}),
         protocol=_protocol(raw, path),
+        left=_left(raw, path),
         messages=messages,
         qpos=qpos,
         qvel=qvel,
@@ -198,6 +202,16 @@ def _protocol(raw: _Raw, path: Path) -> Protocol:
         return msgspec.json.decode(text, type=Protocol)
     except (msgspec.DecodeError, UnicodeEncodeError) as error:
         raise LogError(f"{path}: the stored protocol is not valid: {error}.") from error
+
+
+def _left(raw: _Raw, path: Path) -> Left | None:
+    text = raw.metadata.get("config", {}).get("left")
+    try:
+        return None if text is None else msgspec.json.decode(text, type=Left)
+    except (msgspec.DecodeError, UnicodeEncodeError) as error:
+        raise LogError(
+            f"{path}: how the room was left is not valid: {error}."
+        ) from error
 
 
 def _decoded(raw: _Raw, path: Path) -> list[tuple[str, int, Any]]:

@@ -105,6 +105,7 @@ def _ways(trace: Trace) -> Iterator[str]:
 def _obstacles(log: Log, trace: Trace) -> Iterator[str]:
     """Yield every footprint as it was, if it moved, and as it is."""
     broken = {d.obstacle for s in trace.steps for d in s.outcome.damages}
+    broken |= {*trace.left.broken} if trace.left else set()
     moved = {d.obstacle for s in trace.steps for d in s.outcome.displacements}
     model = mujoco.MjModel.from_xml_string(scene_mjcf(log.scene))
     for obstacle in log.scene.obstacles:

@@ -29,6 +29,7 @@ from beacon_mj.world.outcome import (
     PairForce,
     StepOutcome,
 )
+from beacon_mj.world.overnight import Left
 from beacon_mj.world.pushes import PushMonitor, update_attempts
 
 #: Bumper forces beyond this multiple of what speed and drive can cause are no physics:
@@ -99,18 +100,27 @@ class World:
         self.broken = np.zeros(n, np.bool_)
         self.reset()
 
-    def reset(self) -> None:
-        """Return to the settled start of the episode, at time zero."""
+    def reset(self, left: Left | None = None) -> None:
+        """Return to the settled start of the episode, at time zero.
+
+        Args:
+            left: How the room was left the day before; None for the scene's own places.
+        """
         mujoco.mj_resetData(self.model, self.data)
         self._pairs.clear()
         self._pushes.reset()
         self._attribution = Attribution()
         self.broken[:] = False
         self._step = 0
+        if left is not None:
+            self._bodies.place(left.poses)
+            self.broken[:] = [name in left.broken for name in self._names[:-2]]
         self._drive.aim(np.array([1.0, 0.0]))
         self._settle()
         self.data.time = 0.0
         self._bodies.reset()
+        if left is not None:
+            self._bodies.newly_toppled()  # What lies there fell the day before.
 
     def step(self, velocity_mps: Array) -> StepOutcome:
         """Apply a velocity command for one control period.

@@ -89,7 +89,9 @@ def _episodes(
         for job in plan(config, refs)
         if (
             names := tuple(
-                n for n in job.planners if (n, job.ref.family, job.ref.index) in kept
+                n
+                for n in job.planners
+                if any((n, ref.family, ref.index) in kept for ref in job.refs)
             )
         )
     ]

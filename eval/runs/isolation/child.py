@@ -86,7 +86,7 @@ class NoTruth(importlib.abc.MetaPathFinder):
 
 
 class _Planner:
-    """The planner of the episode that goes on."""
+    """The planner of the episode, or mission, that goes on."""
 
     def __init__(self) -> None:
         self._door: Door | None = None
@@ -100,6 +100,9 @@ class _Planner:
                 return wire.Ready(request.serial, _configuration(request))
             if isinstance(request, wire.Reset):
                 self._reset(request)
+                return wire.Ready(request.serial)
+            if isinstance(request, wire.NextDay):
+                self._next_day(request)
                 return wire.Ready(request.serial)
             return self._act(request)
         except PlannerFailure as failure:
@@ -115,6 +118,13 @@ class _Planner:
         self._guarded = Guarded(lambda: _build(request))
         self._door = Door(self._guarded, math.inf)
         self._door.reset(request.task)
+
+    def _next_day(self, request: wire.NextDay) -> None:
+        if self._guarded is None:
+            raise PlannerFailure("Expected reset() before next_day().")
+        self._picture = wire.Picture()
+        self._door = Door(self._guarded, math.inf)
+        self._door.next_day(request.task)
 
     def _act(self, request: wire.Act) -> wire.Reply:
         observation = self._picture.observation(request)

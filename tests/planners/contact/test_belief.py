@@ -12,12 +12,14 @@ from beacon_mj.interface import Evidence, PushEvidence
 from beacon_mj.planners.contact.belief import (
     FORCE_ERROR,
     BeliefMap,
+    posterior,
+    prior,
+)
+from beacon_mj.planners.contact.belief_settings import (
     BeliefSettings,
     Likelihoods,
     Memory,
     Sharing,
-    posterior,
-    prior,
 )
 from tests.sensed import sensed_box
 
