@@ -26,7 +26,8 @@ def read_regular(path: str | Path, limit: int) -> bytes:
         found = os.fstat(descriptor)
         if not stat.S_ISREG(found.st_mode):
             raise OSError(errno.EINVAL, "expected a regular file", str(path))
-        data = file.read(limit + 1) if found.st_size <= limit else None
+        # Not `limit`, for which the memory would be taken first.
+        data = file.read(found.st_size + 1) if found.st_size <= limit else None
     if data is None or len(data) > limit:
         raise OSError(errno.EFBIG, f"expected at most {limit} bytes", str(path))
     return data
