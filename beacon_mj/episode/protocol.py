@@ -49,8 +49,8 @@ class Protocol(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
             rooms of up to 6 x 6 m, and in larger ones for as many more as the room's
             diagonal is longer.
         goal_tolerance_m: Distance to the goal that counts as reached.
-        motion_cost_jpm: kappa_d of App. B, energy per metre [J/m], at least 0.001, because
-            energies are divided by it; None for a cost of transport of 0.2, which is
+        motion_cost_jpm: kappa_d of App. B, energy per metre [J/m], at least 0.001:
+            energies are divided by it. None for a cost of transport of 0.2, which is
             0.2 m g.
         battery_ends_episode: Whether an empty battery ends the episode.
         stuck_after_s: Time within which the robot must leave a disc of
