@@ -50,6 +50,7 @@ class Template:
         parts: The bytes that decide what the family is, in order.
         assets: Content of every mesh or picture; a key holds the content's hash,
             because MuJoCo keeps what it has read, and looks for it under the key alone.
+        total_bytes: Of all files that it refers to, each time counted.
     """
 
     path: Path
@@ -57,6 +58,7 @@ class Template:
     origins: dict[ET.Element, Origin] = field(default_factory=dict)
     parts: list[bytes] = field(default_factory=list)
     assets: dict[str, bytes] = field(default_factory=dict)
+    total_bytes: int = 0
 
     @property
     def folder(self) -> Path:
@@ -167,7 +169,8 @@ def _expanded(
 
 
 def _check_total(template: Template, more: int) -> None:
-    if sum(map(len, template.parts)) + more > MAX_TOTAL_BYTES:
+    template.total_bytes += more
+    if template.total_bytes > MAX_TOTAL_BYTES:
         raise TemplateError(
             f"{template.path}: expected files of at most {MAX_TOTAL_BYTES} bytes in "
             "all but they have more."

@@ -20,7 +20,7 @@ KEYFRAME = 200  #: Steps after which a whole state is kept, so that seeking is q
 
 def state_sizes(scene: Scene) -> tuple[int, int]:
     """Return (nq, nv) of a scene's world: two slides twice, and a free joint each."""
-    free = sum(not o.fixed for o in scene.obstacles)
+    free = len([o for o in scene.obstacles if not o.fixed])
     return 4 + 7 * free, 4 + 6 * free
 
 

@@ -125,12 +125,11 @@ def _check_finite(value: object, path: str) -> None:
 
 def _check_corners(scene: Scene) -> None:
     """Bound the corners of all meshes, before any hull is made of them."""
-    corners = sum(
-        len(part)
-        for o in scene.obstacles
-        if isinstance(o.shape, shapes.Hulls)
-        for part in o.shape.parts_m
-    )
+    corners = 0
+    for o in scene.obstacles:
+        if isinstance(o.shape, shapes.Hulls):
+            for part in o.shape.parts_m:
+                corners += len(part)
     if corners > MAX_CORNERS:
         raise SceneError(
             f"Expected at most {MAX_CORNERS} corners of meshes in a scene but it has "
