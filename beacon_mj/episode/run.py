@@ -14,7 +14,7 @@ from beacon_mj.episode.protocol import Protocol, battery_slope
 from beacon_mj.episode.rollout import truth_about
 from beacon_mj.episode.sensor import Sensor
 from beacon_mj.episode.trace import Outcome, StepRecord, Trace
-from beacon_mj.errors import PlannerError, one_line
+from beacon_mj.errors import PlannerError, SceneError, one_line
 from beacon_mj.interface import Command, Observation, Task
 from beacon_mj.numerics import norm, norms
 from beacon_mj.planners.base import Planner
@@ -88,9 +88,17 @@ def run_episode(
     Returns:
         The trace. A planner that fails, or a simulation that diverges, ends its
         episode with an outcome that says so; nothing is raised for it.
+
+    Raises:
+        SceneError: If the scene is not valid, or `world` is another's.
     """
     began = time.perf_counter()
     protocol = Protocol() if protocol is None else protocol
+    if world is not None and world.scene != scene:
+        raise SceneError(
+            f"Expected a world of scene {scene.name} but it is of {world.scene.name}, "
+            "or of another version of it."
+        )
     if world is not None or left is not None:
         world = world or World(scene, protocol.timestep_s)
         world.reset(left)

@@ -139,7 +139,7 @@ def _outline(log: Log, model: mujoco.MjModel, obstacle: Obstacle, step: int) -> 
     if obstacle.fixed:
         return np.array(obstacle.footprint.polygon().exterior.coords)
     first = int(model.joint(obstacle.id).qposadr[0])
-    pose = log.qpos[step, first : first + 7]
+    pose = log.positions[step][first : first + 7]
     rotation = np.empty(9)
     mujoco.mju_quat2Mat(rotation, pose[3:])
     turned = shapes.tilted_footprint(obstacle.shape, rotation.reshape(3, 3))

@@ -16,6 +16,7 @@ from beacon_mj.errors import BeaconError, SceneError
 from beacon_mj.geometry import Array, Footprint, Footprints
 from beacon_mj.numerics import norm
 from beacon_mj.scene import Scene
+from beacon_mj.scene.checks import check_scene
 from beacon_mj.scene_gen.mjcf import TIMESTEP_S, scene_mjcf
 from beacon_mj.world import contacts as ct
 from beacon_mj.world.attribution import Attribution
@@ -71,12 +72,14 @@ class World:
                 quiet shortcut is then never taken.
 
         Raises:
-            SceneError: If the control period is no multiple of the physics step.
+            SceneError: If the scene is not valid, MuJoCo cannot compile it, or the
+                control period is no multiple of the physics step.
         """
+        check_scene(scene)
         mujoco.set_mju_user_warning(_quiet)
         self.scene = scene
         self.mjcf = scene_mjcf(scene, timestep_s)
-        self.model = mujoco.MjModel.from_xml_string(self.mjcf)
+        self.model = _compiled(self.mjcf, scene.name)
         self.data = mujoco.MjData(self.model)
         self._timestep_s = timestep_s
         self._watch = watch
@@ -340,6 +343,14 @@ class World:
         for wall in ("wall_west", "wall_south", "wall_east", "wall_north"):
             entity[model.geom(wall).id] = n + 1
         return np.asarray(entity, dtype=np.int64)
+
+
+def _compiled(mjcf: str, name: str) -> mujoco.MjModel:
+    try:
+        return mujoco.MjModel.from_xml_string(mjcf)
+    except ValueError as error:
+        reason = " ".join(str(error).split())
+        raise SceneError(f"{name}: MuJoCo cannot compile it: {reason}.") from error
 
 
 def _whole(period_s: float, timestep_s: float) -> int:

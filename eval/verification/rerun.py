@@ -101,7 +101,8 @@ def _episodes(
         for rows in run_jobs(config, planned, folder, count):
             for row in rows:
                 path = folder / "logs" / row.planner / f"{row.scene_name}.mcap"
-                yield row, path if path.is_file() else None
+                if row.key in kept:
+                    yield row, path if path.is_file() else None
                 path.unlink(missing_ok=True)
 
 

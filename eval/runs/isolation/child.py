@@ -20,6 +20,7 @@ from beacon_mj.eval.runs.overrides import built_ins, configure
 from beacon_mj.eval.runs.sandbox import Guarded, planner_class
 from beacon_mj.planners.base import Planner
 from beacon_mj.planners.oracle.truth import Oracle
+from beacon_mj.process_limits import limit_memory
 
 #: Packages that hold the truth about a world, or make it from a seed.
 TRUTH = (
@@ -47,7 +48,7 @@ def main(end: int, parent: int, memory_mib: int, *, end_with_parent: bool) -> No
     """
     if end_with_parent:
         _end_with(parent)
-    _limit_memory(memory_mib)
+    limit_memory(memory_mib)
     sys.meta_path.insert(0, NoTruth())
     channel = wire.Channel(socket.socket(fileno=end))
     channel.send_reply(wire.Ready(0))
@@ -159,20 +160,6 @@ def _class_of(spec: str) -> type[Planner]:
             "process of its own. Use --no-isolate."
         )
     return cls
-
-
-def _limit_memory(memory_mib: int) -> None:
-    """Bound the address space, where the system can; leave no core file."""
-    import resource
-
-    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    try:
-        with open("/proc/self/statm") as file:
-            used = int(file.read().split()[0]) * resource.getpagesize()
-    except OSError:
-        return  # No Linux: there the limit means something else, or nothing.
-    limit = used + memory_mib * 2**20
-    resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
 
 
 def _end_with(parent: int) -> None:
