@@ -37,7 +37,7 @@ class Listener(Interface):
 
 def make_task(scene: Scene, protocol: Protocol, seed: int) -> Task:
     """Return what a planner is told about a scene before the first step."""
-    robot = scene.robot
+    robot, sensor = scene.robot, protocol.sensor(scene)
     return Task(
         workspace_m=scene.workspace_m,
         start_m=np.array(scene.start_m),
@@ -49,10 +49,11 @@ def make_task(scene: Scene, protocol: Protocol, seed: int) -> Task:
         bumper_stiffness_npm=robot.bumper_stiffness_npm,
         control_period_s=robot.control_period_s,
         goal_tolerance_m=protocol.goal_tolerance_m,
-        sensing_radius_m=protocol.sensor(scene).radius_m,
+        sensing_radius_m=sensor.range_m,
         max_steps=protocol.step_limit(scene),
         motion_cost_jpm=protocol.motion_cost(scene),
         seed=seed,
+        sensor=sensor,
     )
 
 

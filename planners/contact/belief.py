@@ -20,8 +20,6 @@ from beacon_mj.planners.contact.sharing import KindBelief, ScaleBelief
 Memory = Literal["none", "failures", "belief"]
 Sharing = Literal["kind", "scale"]
 FORGET_S = 10.0  #: Time after which memory `none` has forgotten a failed push [s].
-#: Standard deviation of the logarithm of one obstacle's perceived breakaway force.
-FORCE_ERROR = 0.21
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -80,8 +78,9 @@ class BeliefSettings:
     #: Probability that an obstacle has its kind's class, 0 to 1.
     reliability: float = 0.95
     #: Standard deviation of the logarithm of the scale, the factor between all
-    #: perceived forces and the true ones; 0 where it is known to be one.
-    scale_error: float = 0.0
+    #: perceived forces and the true ones; 0 where it is known to be one. None for what
+    #: the sensor's data sheet says.
+    scale_error: float | None = None
     #: Whether a changed belief triggers replanning (an ablation).
     replan_on_belief: bool = True
     #: L1 change of a belief that triggers replanning (epsilon_b).
@@ -97,7 +96,8 @@ class BeliefSettings:
         """
         expect_between("threshold", self.threshold, 0.0, 2.0)
         expect_between("reliability", self.reliability, 0.0, 1.0)
-        expect_between("scale_error", self.scale_error, 0.0, 3.0)
+        if self.scale_error is not None:
+            expect_between("scale_error", self.scale_error, 0.0, 3.0)
         for name, value, words in (
             ("memory", {self.memory}, get_args(Memory)),
             ("sharing", self.sharing, get_args(Sharing)),
@@ -165,7 +165,7 @@ class BeliefMap:
     """
 
     settings: BeliefSettings = field(default_factory=BeliefSettings)
-    force_error: float = FORCE_ERROR
+    force_error: float = 0.2
     beliefs: dict[str, Probabilities] = field(default_factory=dict)
     at_least_n: dict[str, float] = field(default_factory=dict)
     at_most_n: dict[str, float] = field(default_factory=dict)
@@ -177,8 +177,8 @@ class BeliefMap:
 
     def __post_init__(self) -> None:
         """Start the belief about the scale."""
-        width = self.settings.scale_error if self.settings.shares("scale") else 0.0
-        self.scale = ScaleBelief(width, self.force_error)
+        width = self.settings.scale_error if self.settings.shares("scale") else None
+        self.scale = ScaleBelief(width or 0.0, self.force_error)
 
     def sight(self, obstacle: SensedObstacle) -> bool:
         """Start a belief at first sight; return whether it is new."""

@@ -204,7 +204,7 @@ class ContactPlanner(Planner[C]):
             return False
         self._decision = decision
         if decision.plan is not None:
-            limits = self.policy.limits(observation, decision.plan)
+            limits = self.policy.allowed_limits(observation, decision.plan)
             self._controller = PushController(decision.plan, self._task, limits)
         return decision.plan is not None or self._free.path is not None
 
