@@ -20,6 +20,8 @@ _HEADROOM = 1.6  #: Force limit over the force that is needed.
 #: Touch [m/s], push [m/s] and ramp [m/s^2] of what may break, where the perceived mass
 #: is wrong by its own size: the standard deviation of its logarithm is one.
 _DOUBTFUL = (0.06, 0.25, 0.25)
+#: Speed of a push of what may break, where it hides what it may run into [m/s].
+_BLIND_MPS = 0.1
 _CLOSE_M = 0.003  #: Least gap within which the robot moves at touching speed [m].
 _BRAKING = 2.5  #: That gap over the standard deviation of a sensed position.
 
@@ -126,17 +128,21 @@ def within_sheet(
         v_1 / sigma_m,
 
     with v_1 what is safe for a mass that is wrong by its own size. With an error of
-    15 % that allows a touch at 0.4 m/s, which is no limit.
+    15 % that allows a touch at 0.4 m/s, which is no limit. And where obstacles hide
+    others, what is pushed hides what it may run into: only the bumper tells of that,
+    and 0.1 m/s leave it a control period to do so.
 
     Args:
         limits: What the policy would do.
         fragility: Largest probability of being fragile of what would move.
         sheet: The data sheet.
     """
-    doubt = mass_error(sheet)
-    if fragility < SURE or doubt <= 0.0:
+    if fragility < SURE:
         return limits
+    doubt = max(mass_error(sheet), 1e-9)
     touch, push, ramp = (value / doubt for value in _DOUBTFUL)
+    if sheet.occlusion:
+        push = min(push, _BLIND_MPS)
     return replace(
         limits,
         touch_mps=min(limits.touch_mps, touch),
