@@ -126,7 +126,7 @@ class PushController:
         here, there = observation.position_m, self.plan.approach_m
         gaps = observation.footprints.distance(here)
         own = float(gaps.min(initial=np.inf)) - 0.002
-        for margin in (0.012, 0.004, 0.001):
+        for margin in dict.fromkeys((max(0.012, self._room_m), 0.012, 0.004, 0.001)):
             clearance = min(self._task.radius_m + margin, max(own, 0.0))
             if segment_is_clear(observation.footprints, here, there, clearance):
                 return np.stack([here, there])

@@ -23,7 +23,7 @@ _DOUBTFUL = (0.06, 0.25, 0.25)
 #: Speed of a push of what may break, where it hides what it may run into [m/s].
 _BLIND_MPS = 0.1
 _CLOSE_M = 0.003  #: Least gap within which the robot moves at touching speed [m].
-_BRAKING = 2.5  #: That gap over the standard deviation of a sensed position.
+_SIGMAS = 2.5  #: Room kept for an error over its standard deviation.
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -108,13 +108,18 @@ def mass_error(sheet: SensorSheet) -> float:
     return math.sqrt(0.5 * own * own + common * common)
 
 
-def braking_room_m(sheet: SensorSheet) -> float:
-    """Return the sensed gap within which the robot moves at touching speed [m].
+def position_error_m(sheet: SensorSheet) -> float:
+    """Return how much nearer than it is sensed an obstacle may be: 2.5 sigma [m].
 
-    It is 2.5 sigma, with sigma that of a sensed position: of a hundred obstacles less
-    than one is struck before the robot has slowed down.
+    Of a hundred less than one is nearer than that. The error of the robot's own
+    position does not count: what is in sight is off by as much.
     """
-    return max(_CLOSE_M, _BRAKING * sheet.pose_noise_m)
+    return _SIGMAS * sheet.pose_noise_m
+
+
+def braking_room_m(sheet: SensorSheet) -> float:
+    """Return the sensed gap within which the robot moves at touching speed [m]."""
+    return max(_CLOSE_M, position_error_m(sheet))
 
 
 def within_sheet(
