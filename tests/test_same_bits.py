@@ -63,7 +63,7 @@ ALLOWED = {
         _QHULL
     ),
     ("scene_gen/geom_points.py", "from scipy.spatial import ConvexHull"): _QHULL,
-    ("planners/contact/sharing.py", "math.erfc"): _ERFC,
+    ("planners/contact/force_scale.py", "math.erfc"): _ERFC,
     ("scene_gen/learning/latents.py", "math.erfc"): (
         "libm's scalar function, in a chance that is rounded to 12 places"
     ),
