@@ -37,7 +37,7 @@ def test_an_unknown_preset_is_one_line(capsys: pytest.CaptureFixture[str]) -> No
         with_preset("hard", ())
     for command in ("eval", "sweep", "ablate", "regret"):
         line = [command, "--planner", "beacon", "--protocol", "realistc"]
-        assert cli.main(line) == 2
+        assert cli.run(line) == 2
         error = capsys.readouterr().err.strip()
         assert "\n" not in error
         assert "'realistc'" in error
