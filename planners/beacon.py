@@ -164,7 +164,7 @@ class BeaconPolicy(PushPolicy[BeaconConfig]):
             observation,
             self.task,
             plan,
-            self.limits(observation, plan),
+            self.allowed_limits(observation, plan),
             risk=max(self._risk(o) for o in plan.moved(observation)),
             energy_j=math.fsum(
                 self.force_n(obstacles[i]) * travel for i, travel in plan.cascade.moved

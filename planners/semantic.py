@@ -111,7 +111,7 @@ class SemanticPolicy(PushPolicy[SemanticConfig]):
             observation,
             self.task,
             plan,
-            self.limits(observation, plan),
+            self.allowed_limits(observation, plan),
             risk=max(self._fixed_risk(o, contact=True) for o in moved),
             energy_j=math.fsum(
                 observation.obstacles[i].perceived_force_n * travel

@@ -56,6 +56,8 @@ NUMERICS: Mapping[str, tuple[int, float, float]] = {
     "occlusion": (1, 0.0, 1.0),
     "pose_noise": (1, 0.0, 0.5),
     "missed_detection": (1, 0.0, 0.99),
+    "robot_pose_noise": (1, 0.0, 0.5),
+    "force_noise": (1, 0.0, 1.0),
     "material_error": (1, 0.0, 3.0),
     "score_concentration": (1, 0.01, 1e3),
     # Doors that hide a latent.

@@ -26,13 +26,14 @@ from beacon_mj.scene_gen.rooms import (
     start_and_goal,
     workspace_m,
 )
-from beacon_mj.scene_gen.sampling import Sampler
+from beacon_mj.scene_gen.sampling import NoMaterialError, Sampler
 from beacon_mj.streams import stream
 
 MARGIN_M = 0.02  #: Clearance beyond the disc at which certified ways still exist.
 PROPOSALS = 100  #: Proposals per scene before giving up.
-CROWDED = 10  #: The same if the obstacles never even fit.
+CROWDED = 10  #: The same if the obstacles never even fit, or none can be made.
 _NO_ROOM = "no room for that many obstacles"
+_NO_MATERIAL = "no material that fits a shape"
 
 
 def generate_scene(
@@ -70,6 +71,11 @@ def generate_scene(
             _count(reasons, _NO_ROOM)
             if reasons == {_NO_ROOM: CROWDED}:
                 break
+            continue
+        except NoMaterialError:
+            _count(reasons, _NO_MATERIAL)
+            if reasons == {_NO_MATERIAL: CROWDED}:
+                raise
             continue
         except MalformedSceneError as error:
             _count(reasons, str(error).rstrip("."))

@@ -22,6 +22,7 @@ def evaluate(
     ] = (),
     settings: options.SetOption = (),
     vary: options.VaryOption = (),
+    protocol: options.ProtocolOption = None,
     family: options.Family = (),
     scenes_per_family: Annotated[
         options.ScenesPerFamily | None,
@@ -85,6 +86,7 @@ def evaluate(
 
     results = beacon_mj.evaluate(
         planner,
+        protocol=protocol,
         families=family,
         scenes_per_family=scenes_per_family,
         seed=seed,

@@ -70,6 +70,14 @@ SetOption = Annotated[
         help="planner.field=value, or protocol.field=value; several, or repeated.",
     ),
 ]
+ProtocolOption = Annotated[
+    str | None,
+    Parameter(
+        name="--protocol",
+        help="Preset of the protocol: paper, the default, or realistic, with a sensor "
+        "that is occluded, misses, and errs. --set protocol.field=value goes on top.",
+    ),
+]
 VaryOption = Annotated[
     tuple[str, ...],
     Parameter(

@@ -39,7 +39,7 @@ class Listener(Interface):
 
 def make_task(scene: Scene, protocol: Protocol, seed: int) -> Task:
     """Return what a planner is told about a scene before the first step."""
-    robot = scene.robot
+    robot, sensor = scene.robot, protocol.sensor(scene)
     return Task(
         workspace_m=scene.workspace_m,
         start_m=np.array(scene.start_m),
@@ -51,12 +51,13 @@ def make_task(scene: Scene, protocol: Protocol, seed: int) -> Task:
         bumper_stiffness_npm=robot.bumper_stiffness_npm,
         control_period_s=robot.control_period_s,
         goal_tolerance_m=protocol.goal_tolerance_m,
-        sensing_radius_m=protocol.sensor(scene).radius_m,
+        sensing_radius_m=sensor.range_m,
         max_steps=protocol.step_limit(scene),
         motion_cost_jpm=protocol.motion_cost(scene),
         seed=seed,
         mission_day=None if scene.day is UNSET else scene.day,
         mission_days=None if scene.days is UNSET else scene.days,
+        sensor=sensor,
     )
 
 

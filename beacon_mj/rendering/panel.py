@@ -89,7 +89,7 @@ def _ways(trace: Trace) -> Iterator[str]:
     """Yield the band that the sensor swept and the way travelled."""
     west, south, east, north = trace.scene.workspace_m
     points = np.array([trace.start_m, *(s.outcome.position_m for s in trace.steps)])
-    reach = trace.scene.robot.radius_m + trace.protocol.sensor(trace.scene).radius_m
+    reach = trace.scene.robot.radius_m + trace.protocol.sensor(trace.scene).range_m
     way = f'points="{_points(points)}" fill="none" stroke-linejoin="round"'
     yield (
         f'<clipPath id="arena"><rect x="{west}" y="{south}" width="{east - west}" '

@@ -26,7 +26,7 @@ def evaluate(
     perception: Profile | None = None,
     settings: Values = (),
     vary: VaryValues = (),
-    protocol: Protocol | None = None,
+    protocol: Protocol | str | None = None,
     scene_dir: str | Path | None = None,
     templates: str | Path | None = None,
     out: str | Path | None = None,
@@ -60,7 +60,8 @@ def evaluate(
             texts `planner.field=a,b,c`. Every planner runs with each combination of its
             own values and the protocol's, as a planner of its own such as
             `beacon[push_bias=0.5]`, and the rows have a column a setting.
-        protocol: How episodes are run; `settings` change it.
+        protocol: How episodes are run: a protocol, or the name of a preset, `paper` or
+            `realistic`; `settings` change it.
         scene_dir: Folder of stored scenes, in place of generated ones.
         templates: Folder of your own family templates.
         out: Run folder, new or empty; by default a new one below `runs/`, as for the
@@ -94,7 +95,7 @@ def evaluate(
         scenes_per_family=scenes_per_family,
         seed=seed,
         perception=perception,
-        protocol=protocol,
+        protocol=Protocol.preset(protocol) if isinstance(protocol, str) else protocol,
         scene_dir=None if scene_dir is None else Path(scene_dir),
         templates=None if templates is None else Path(templates),
         log=log,

@@ -17,9 +17,6 @@ from beacon_mj.planners.contact.belief_settings import BeliefSettings
 from beacon_mj.planners.contact.force_scale import ScaleBelief
 from beacon_mj.planners.contact.kinds import KindBeliefs
 
-#: Standard deviation of the logarithm of one obstacle's perceived breakaway force.
-FORCE_ERROR = 0.21
-
 
 def prior(scores: Probabilities) -> Array:
     """Return b_i^(0), the normalised class scores, shape (3,) (paper II.B).
@@ -64,7 +61,7 @@ class BeliefMap:
     """
 
     settings: BeliefSettings = field(default_factory=BeliefSettings)
-    force_error: float = FORCE_ERROR
+    force_error: float = 0.2
     beliefs: dict[str, Probabilities] = field(default_factory=dict)
     at_least_n: dict[str, float] = field(default_factory=dict)
     at_most_n: dict[str, float] = field(default_factory=dict)
@@ -77,8 +74,12 @@ class BeliefMap:
     def __post_init__(self) -> None:
         """Start the beliefs about kinds and about the scale."""
         self.kinds = KindBeliefs(self.settings.reliability)
-        width = self.settings.scale_error if self.settings.shares("scale") else 0.0
-        self.scale = ScaleBelief(width, self.force_error)
+        scale_error = self.settings.scale_error or 0.0
+        if self.settings.shares("scale"):
+            self.scale = ScaleBelief(scale_error, self.force_error)
+        else:  # Each force is then uncertain by both, and on its own.
+            both = self.force_error * self.force_error + scale_error * scale_error
+            self.scale = ScaleBelief(0.0, math.sqrt(both))
 
     def sight(self, *obstacles: SensedObstacle) -> bool:
         """Start beliefs at first sight; return whether any is new."""

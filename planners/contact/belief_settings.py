@@ -76,8 +76,9 @@ class BeliefSettings:
     #: equally likely until pushes tell how far kinds can be relied on.
     reliability: tuple[float, ...] = (0.0, 0.5, 1.0)
     #: Standard deviation of the logarithm of the scale, the factor between all
-    #: perceived forces and the true ones; 0 where it is known to be one.
-    scale_error: float = 0.0
+    #: perceived forces and the true ones; 0 where it is known to be one. None for what
+    #: the sensor's data sheet says.
+    scale_error: float | None = None
     #: Whether a changed belief triggers replanning (an ablation).
     replan_on_belief: bool = True
     #: L1 change of a belief that triggers replanning (epsilon_b).
@@ -95,7 +96,8 @@ class BeliefSettings:
         count = len(self.reliability)
         expect("reliability", self.reliability, "of 1 to 9 values", 0 < count < 10)
         expect_all_between("reliability", self.reliability, count, 0.0, 1.0)
-        expect_between("scale_error", self.scale_error, 0.0, 3.0)
+        if self.scale_error is not None:
+            expect_between("scale_error", self.scale_error, 0.0, 3.0)
         for name, value, words in (
             ("memory", {self.memory}, get_args(Memory)),
             ("sharing", self.sharing, get_args(Sharing)),

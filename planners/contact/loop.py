@@ -18,12 +18,13 @@ from beacon_mj.planners.contact.checks import next_in_chain, stands_free, way_is
 from beacon_mj.planners.contact.controller import PushController
 from beacon_mj.planners.contact.cost_map import ContactMap, Crossing
 from beacon_mj.planners.contact.decision import Decision, compared
+from beacon_mj.planners.contact.limits import position_error_m
 from beacon_mj.planners.contact.memory import Memory
 from beacon_mj.planners.contact.policy import PushPolicy
 from beacon_mj.planners.recovery import Recovery, give_up
 
 _CELL_M = 0.05  #: Grid of the way through, and of the way round [m].
-_MARGIN_M = 0.01  #: Room kept on the way round [m].
+_MARGIN_M = 0.01  #: Least room kept on the way round [m].
 _TIGHT_CELL_M = 0.025  #: Grid of the way round where there is no other way [m].
 _TIGHT_MARGIN_M = 0.005  #: Room kept there [m].
 _FIRST_M = 0.03  #: Least travel of a push before it may end because the way is clear.
@@ -78,7 +79,8 @@ class ContactPlanner(Planner[C]):
         radius_m = self.policy.planning_radius_m(task)
         checked = replace(task, radius_m=radius_m)
         self._task = task
-        self._wide = FreeRoute(checked, _CELL_M, _MARGIN_M)
+        margin_m = max(_MARGIN_M, position_error_m(task.sensor))
+        self._wide = FreeRoute(checked, _CELL_M, margin_m)
         self._tight = FreeRoute(checked, _TIGHT_CELL_M, _TIGHT_MARGIN_M)
         self._free = self._wide
         self._map = ContactMap(task, _CELL_M, radius_m + _TIGHT_MARGIN_M)
@@ -215,7 +217,7 @@ class ContactPlanner(Planner[C]):
             return False
         self._decision = decision
         if decision.plan is not None:
-            limits = self.policy.limits(observation, decision.plan)
+            limits = self.policy.allowed_limits(observation, decision.plan)
             self._controller = PushController(decision.plan, self._task, limits)
         return decision.plan is not None or self._free.path is not None
 

@@ -11,16 +11,20 @@ three methods, and a planner that names it has nothing else to do:
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
-from typing import Any, ClassVar, Generic
+from dataclasses import replace
+from typing import Any, ClassVar, Generic, final
 
 from beacon_mj.interface import Observation, PushEvidence, SensedObstacle, Task
 from beacon_mj.motion.detour import FreeRoute
 from beacon_mj.planners.base import C, NoConfig
-from beacon_mj.planners.contact.belief import FORCE_ERROR, BeliefMap
+from beacon_mj.planners.contact.belief import BeliefMap
 from beacon_mj.planners.contact.belief_settings import BeliefSettings
 from beacon_mj.planners.contact.candidates import PushPlan
 from beacon_mj.planners.contact.decision import Decision
-from beacon_mj.planners.contact.limits import PushLimits
+from beacon_mj.planners.contact.limits import PushLimits, within_sheet
+
+#: Least error of a perceived force that is believed: friction is not that exact.
+LEAST_ERROR = 0.01
 
 
 class PushPolicy(ABC, Generic[C]):
@@ -48,7 +52,7 @@ class PushPolicy(ABC, Generic[C]):
     def reset(self, task: Task) -> None:
         """Forget everything and start on `task`."""
         self.task = task
-        self.beliefs = BeliefMap(self.belief_settings, self.force_error)
+        self.beliefs = self._fresh_beliefs()
         self._inherits = False
         self._today: list[PushEvidence] = []
 
@@ -80,12 +84,18 @@ class PushPolicy(ABC, Generic[C]):
         if not self._inherits:
             return False
         self._inherits = False
-        self.beliefs = BeliefMap(self.belief_settings, self.force_error)
-        for obstacle in observation.obstacles:
-            self.beliefs.sight(obstacle)
+        self.beliefs = self._fresh_beliefs()
+        self.beliefs.sight(*observation.obstacles)
         for evidence in self._today:
             self.beliefs.learn(evidence)
         return True
+
+    def _fresh_beliefs(self) -> BeliefMap:
+        settings = self.belief_settings
+        if settings.scale_error is None:
+            error = self.task.sensor.force_scale_error
+            settings = replace(settings, scale_error=error)
+        return BeliefMap(settings, max(self.force_error, LEAST_ERROR))
 
     def observe(self, observation: Observation) -> None:
         """Take in what is seen, in every control step before anything else."""
@@ -135,7 +145,20 @@ class PushPolicy(ABC, Generic[C]):
 
     @abstractmethod
     def limits(self, observation: Observation, plan: PushPlan) -> PushLimits:
-        """Return how fast, and how hard, a push may go."""
+        """Return how fast, and how hard, a push should go.
+
+        How fast it does go is also the sensor's to say: see `allowed_limits`.
+        """
+
+    @final
+    def allowed_limits(self, observation: Observation, plan: PushPlan) -> PushLimits:
+        """Return `limits` as far as the sensor's data sheet allows them.
+
+        All planners that push are held to it, and carry out their pushes so.
+        """
+        limits = self.limits(observation, plan)
+        fragility = self.beliefs.fragility(plan.moved(observation))
+        return within_sheet(limits, fragility, self.task.sensor)
 
     def force_n(self, obstacle: SensedObstacle) -> float:
         """Return the force that is expected to move an obstacle [N]."""
@@ -160,8 +183,11 @@ class PushPolicy(ABC, Generic[C]):
 
     @property
     def force_error(self) -> float:
-        """Standard deviation of the logarithm of a perceived breakaway force, > 0."""
-        return FORCE_ERROR
+        """Standard deviation of the logarithm of true over perceived breakaway force.
+
+        That of one obstacle; by default what the sensor's data sheet says.
+        """
+        return self.task.sensor.force_error
 
     @property
     def predicts_cascades(self) -> bool:
