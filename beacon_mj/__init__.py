@@ -11,6 +11,7 @@ __version__ = "0.2.0.dev0"
 if TYPE_CHECKING:
     from beacon_mj.cli.views.progress import show_progress as show_progress
     from beacon_mj.episode.conformance import check_planner as check_planner
+    from beacon_mj.episode.mission import run_mission as run_mission
     from beacon_mj.episode.protocol import Protocol as Protocol
     from beacon_mj.episode.run import run_episode as run_episode
     from beacon_mj.episode.trace import Trace as Trace
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
     from beacon_mj.eval.api.studies import certify as certify
     from beacon_mj.eval.api.studies import regret as regret
     from beacon_mj.eval.api.studies import sweep as sweep
+    from beacon_mj.eval.api.verification import bundle as bundle
     from beacon_mj.eval.api.verification import verify as verify
     from beacon_mj.eval.metrics.measure import measure as measure
     from beacon_mj.eval.statistics.results import Results as Results
@@ -89,6 +91,7 @@ _HOME = {
     "Trace": "beacon_mj.episode.trace",
     "World": "beacon_mj.world",
     "ablate": "beacon_mj.eval.api.studies",
+    "bundle": "beacon_mj.eval.api.verification",
     "certify": "beacon_mj.eval.api.studies",
     "check_planner": "beacon_mj.episode.conformance",
     "check_scene": "beacon_mj.scene.checks",
@@ -124,6 +127,7 @@ _HOME = {
     "run_episode": "beacon_mj.episode.run",
     "save_obstacle": "beacon_mj.scene_gen.pymjcf_export",
     "run_fidelity": "beacon_mj.fidelity",
+    "run_mission": "beacon_mj.episode.mission",
     "show_progress": "beacon_mj.cli.views.progress",
     "sweep": "beacon_mj.eval.api.studies",
     "verify": "beacon_mj.eval.api.verification",

@@ -36,6 +36,11 @@ class BeliefDpPolicy(RoutePolicy[BeliefDpConfig]):
         super().start(task, learned)
         self._plan = lru_cache(maxsize=None)(self._planned)
 
+    @property
+    def remembers(self) -> bool:
+        """Whether what was learned is kept on the next day of a mission."""
+        return self.config.updating
+
     def rank(self, progress: RouteProgress) -> dict[int, float]:
         """Return the expected time of the optimum for the door it tries [s].
 
@@ -85,20 +90,3 @@ class BeliefDp(RouteContactPlanner[BeliefDpConfig]):
     """
 
     Policy = BeliefDpPolicy
-    policy: BeliefDpPolicy
-
-    def next_day(self, task: Task) -> None:
-        """Start on the next day, knowing of the doors what earlier days showed.
-
-        Doors whose latent is drawn anew are met as if for the first time.
-        """
-        learned = self.policy.progress.learned
-        self.reset(task)
-        routes = self.policy.progress.routes
-        lasting = {
-            name
-            for ref in routes.today
-            if ref.stage > 0
-            for name in routes.doors[ref.part]
-        }
-        self.policy.start(task, {k: v for k, v in learned.items() if k in lasting})

@@ -12,6 +12,7 @@ def ablate(
     *,
     planner: Annotated[str, Parameter(help="Whose parts.")],
     settings: options.SetOption = (),
+    protocol: options.ProtocolOption = None,
     family: options.Family = (),
     scenes_per_family: Annotated[
         options.ScenesPerFamily, Parameter(help="Scenes per family.")
@@ -38,6 +39,7 @@ def ablate(
     found = beacon_mj.ablate(
         planner,
         settings=settings,
+        protocol=protocol,
         families=family,
         scenes_per_family=scenes_per_family,
         seed=seed,

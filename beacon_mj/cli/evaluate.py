@@ -22,6 +22,7 @@ def evaluate(
     ] = (),
     settings: options.SetOption = (),
     vary: options.VaryOption = (),
+    protocol: options.ProtocolOption = None,
     family: options.Family = (),
     scenes_per_family: Annotated[
         options.ScenesPerFamily | None,
@@ -62,6 +63,7 @@ def evaluate(
             help="Go on with the run in --out; without --planner, with its options."
         ),
     ] = False,
+    trust_code: options.TrustCode = False,
     isolate: Annotated[
         bool | None,
         Parameter(
@@ -84,6 +86,7 @@ def evaluate(
 
     results = beacon_mj.evaluate(
         planner,
+        protocol=protocol,
         families=family,
         scenes_per_family=scenes_per_family,
         seed=seed,
@@ -99,6 +102,7 @@ def evaluate(
         isolate=isolate,
         log=log,
         resume=resume,
+        trust_code=trust_code,
         progress=beacon_mj.show_progress,
     )
     remark(*results.failures())

@@ -70,6 +70,14 @@ SetOption = Annotated[
         help="planner.field=value, or protocol.field=value; several, or repeated.",
     ),
 ]
+ProtocolOption = Annotated[
+    str | None,
+    Parameter(
+        name="--protocol",
+        help="Preset of the protocol: paper, the default, or realistic, with a sensor "
+        "that is occluded, misses, and errs. --set protocol.field=value goes on top.",
+    ),
+]
 VaryOption = Annotated[
     tuple[str, ...],
     Parameter(
@@ -90,4 +98,11 @@ Workers = Annotated[
     ),
 ]
 Flag = Annotated[bool, Parameter(negative=(), show_default=False)]
+TrustCode = Annotated[
+    Flag,
+    Parameter(
+        help="Run the Python files that only the run folder or bundle names: planners "
+        "and layouts, which may be a stranger's."
+    ),
+]
 Json = Annotated[Flag, Parameter(help="Print the result as JSON on stdout.")]

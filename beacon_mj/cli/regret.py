@@ -11,6 +11,7 @@ def regret(
     *,
     planner: Annotated[str, Parameter(help="Whose regret.")],
     settings: options.SetOption = (),
+    protocol: options.ProtocolOption = None,
     family: options.Family = (),
     scenes_per_family: Annotated[
         options.ScenesPerFamily, Parameter(help="Scenes per family.")
@@ -32,6 +33,7 @@ def regret(
     found = beacon_mj.regret(
         planner,
         settings=settings,
+        protocol=protocol,
         families=family,
         scenes_per_family=scenes_per_family,
         seed=seed,

@@ -28,6 +28,7 @@ def sweep(
             "Table I; repeatable."
         ),
     ] = (),
+    protocol: options.ProtocolOption = None,
     grid: Annotated[
         Literal["one-at-a-time", "full"],
         Parameter(
@@ -78,6 +79,7 @@ def sweep(
         vary=vary,
         grid=grid,
         trials=trials,
+        protocol=protocol,
         families=family,
         scenes_per_family=scenes_per_family,
         select_seed=select_seed,

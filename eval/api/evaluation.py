@@ -26,7 +26,7 @@ def evaluate(
     perception: Profile | None = None,
     settings: Values = (),
     vary: VaryValues = (),
-    protocol: Protocol | None = None,
+    protocol: Protocol | str | None = None,
     scene_dir: str | Path | None = None,
     templates: str | Path | None = None,
     out: str | Path | None = None,
@@ -36,6 +36,7 @@ def evaluate(
     isolate: bool | None = None,
     log: Logging = "all",
     resume: bool = False,
+    trust_code: bool = False,
     progress: Progress = quiet,
 ) -> Results:
     """Run planners through scenes: every planner crosses every scene.
@@ -59,7 +60,8 @@ def evaluate(
             texts `planner.field=a,b,c`. Every planner runs with each combination of its
             own values and the protocol's, as a planner of its own such as
             `beacon[push_bias=0.5]`, and the rows have a column a setting.
-        protocol: How episodes are run; `settings` change it.
+        protocol: How episodes are run: a protocol, or the name of a preset, `paper` or
+            `realistic`; `settings` change it.
         scene_dir: Folder of stored scenes, in place of generated ones.
         templates: Folder of your own family templates.
         out: Run folder, new or empty; by default a new one below `runs/`, as for the
@@ -71,6 +73,8 @@ def evaluate(
             do reaches the evaluation; by default those from files do.
         log: Which episodes leave an MCAP log: `all`, `failures`, or `none`.
         resume: Go on with the run in `out`; without planners, with its own options.
+        trust_code: Run the files of planners and layouts that only the folder in `out`
+            names, when going on without naming planners. They may be a stranger's.
         progress: Shows what is done, such as `beacon_mj.show_progress`; by default
             nothing is shown.
 
@@ -91,16 +95,20 @@ def evaluate(
         scenes_per_family=scenes_per_family,
         seed=seed,
         perception=perception,
-        protocol=protocol,
+        protocol=Protocol.preset(protocol) if isinstance(protocol, str) else protocol,
         scene_dir=None if scene_dir is None else Path(scene_dir),
         templates=None if templates is None else Path(templates),
         log=log,
         shard=shard,
         isolate=isolate,
     )
-    run = prepare(options, None if out is None else Path(out), resume=resume)
-    run.run(cluster or workers or os.cpu_count() or 1, progress)
-    run.folder.finish(run.config, run.rows, summarize(run.rows))
+    folder = None if out is None else Path(out)
+    run = prepare(options, folder, resume=resume, trust_code=trust_code)
+    try:
+        run.run(cluster or workers or os.cpu_count() or 1, progress)
+        run.folder.finish(run.config, run.rows, summarize(run.rows))
+    finally:
+        run.folder.close()  # A traceback may keep it, in a notebook.
     return Results(run.folder.path, run.config, run.rows, run.faults)
 
 

@@ -11,6 +11,7 @@ from beacon_mj.errors import RunError
 from beacon_mj.eval.metrics.row import Row
 from beacon_mj.eval.runs.experiment import single_planner
 from beacon_mj.eval.runs.lineup import PlannerChoice
+from beacon_mj.eval.runs.presets import with_preset
 from beacon_mj.eval.runs.progress import Progress, quiet
 from beacon_mj.eval.runs.run_folder import free_name
 from beacon_mj.eval.runs.variants import Values, VaryValues, texts_of, vary_texts
@@ -62,6 +63,7 @@ def regret(
     planner: PlannerChoice,
     *,
     settings: Values = (),
+    protocol: str | None = None,
     families: Sequence[str] = (),
     scenes_per_family: int = 100,
     seed: int = 0,
@@ -77,6 +79,7 @@ def regret(
     Args:
         planner: Name, `file.py:Class`, or class; see `evaluate`.
         settings: Values by `planner.field` or `protocol.field`; see `evaluate`.
+        protocol: Preset of the protocol; `settings` change it. See `evaluate`.
         families: Scene families; those of suite `paper-v1` by default.
         scenes_per_family: How many.
         seed: Seed of scenes, perception and planners.
@@ -88,6 +91,7 @@ def regret(
     Raises:
         BeaconError: If an option is no good, or the planner is the clairvoyant.
     """
+    settings = with_preset(protocol, settings)
     single = single_planner(planner, settings)
     runs, refs = regret_runs(
         planner, settings, families, scenes_per_family, seed, perception,
@@ -107,6 +111,7 @@ def ablate(
     planner: PlannerChoice,
     *,
     settings: Values = (),
+    protocol: str | None = None,
     families: Sequence[str] = (),
     scenes_per_family: int = 100,
     seed: int = 0,
@@ -123,6 +128,7 @@ def ablate(
     Args:
         planner: Name, `file.py:Class`, or class; see `evaluate`.
         settings: Values by `planner.field` or `protocol.field`; see `evaluate`.
+        protocol: Preset of the protocol; `settings` change it. See `evaluate`.
         families: Scene families; those of suite `paper-v1` by default.
         scenes_per_family: How many.
         seed: Seed of scenes, perception and planners.
@@ -135,6 +141,7 @@ def ablate(
     Raises:
         BeaconError: If an option is no good, or several planners are named.
     """
+    settings = with_preset(protocol, settings)
     single = single_planner(planner, settings)
     if any(each.config is not None for each in single.handed.values()):
         raise RunError(
@@ -165,6 +172,7 @@ def sweep(
     *,
     settings: Values = (),
     vary: VaryValues = (),
+    protocol: str | None = None,
     grid: Grid = "one-at-a-time",
     trials: int = 0,
     families: Sequence[str] = (),
@@ -190,6 +198,7 @@ def sweep(
         grid: `one-at-a-time`: each parameter alone, then the best ones together;
             `full`: every combination.
         trials: Configurations that optuna tries beyond the grid.
+        protocol: Preset of the protocol; `settings` change it. See `evaluate`.
         families: Scene families; those of suite `paper-v1` by default.
         scenes_per_family: Scenes of each split.
         select_seed: Seed of the scenes that select, >= 1000.
@@ -205,7 +214,7 @@ def sweep(
     """
     request = SweepRequest(
         planner=planner,
-        settings=tuple(texts_of(settings)),
+        settings=tuple(with_preset(protocol, settings)),
         vary=tuple(vary_texts(vary)),
         grid=grid,
         families=tuple(families),

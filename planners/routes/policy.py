@@ -15,6 +15,7 @@ from beacon_mj.interface import Observation, PushEvidence, SensedObstacle, Task
 from beacon_mj.motion.detour import FreeRoute
 from beacon_mj.numerics import norm
 from beacon_mj.planners.base import C
+from beacon_mj.planners.contact.belief_settings import BeliefSettings
 from beacon_mj.planners.contact.candidates import PushPlan
 from beacon_mj.planners.contact.decision import Decision, Terms
 from beacon_mj.planners.contact.limits import PushLimits, PushSettings, careful_limits
@@ -79,6 +80,29 @@ class RoutePolicy(PushPolicy[C]):
         self._wanted: str | None = None
         self._terms: Terms = {}
         self._stale = True
+
+    def next_day(self, task: Task) -> None:
+        """Start on the next day, knowing of the doors what earlier days showed."""
+        learned = self.progress.learned
+        self.start(task, {k: v for k, v in learned.items() if k in self._lasting})
+
+    @property
+    def remembers(self) -> bool:
+        """Whether what was learned is kept on the next day of a mission."""
+        return True
+
+    @property
+    def belief_settings(self) -> BeliefSettings:
+        """How beliefs are updated: as in the paper, and kept while latents last."""
+        return BeliefSettings(overnight="belief" if self._lasting else "nothing")
+
+    @property
+    def _lasting(self) -> frozenset[str]:
+        """Doors of today whose latent is that of earlier days, not drawn anew."""
+        if self._routes is None or not self.remembers:
+            return frozenset()
+        refs = [ref for ref in self._routes.today if ref.stage > 0]
+        return frozenset(name for r in refs for name in self._routes.doors[r.part])
 
     def observe(self, observation: Observation) -> None:
         """Note where every door stood at first."""

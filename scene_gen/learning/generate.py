@@ -20,8 +20,8 @@ from beacon_mj.scene import (
     Profile,
     Scene,
 )
+from beacon_mj.scene.certificates import certify
 from beacon_mj.scene.checks import check_scene
-from beacon_mj.scene_gen.certificates import certify
 from beacon_mj.scene_gen.family import Family
 from beacon_mj.scene_gen.learning.certificate import (
     NoWayError,
@@ -31,7 +31,7 @@ from beacon_mj.scene_gen.learning.certificate import (
 from beacon_mj.scene_gen.learning.latents import deal, draw_outcomes
 from beacon_mj.scene_gen.learning.layouts import LEARNING_LAYOUTS
 from beacon_mj.scene_gen.learning.room import Door, Part, Room, door_obstacle
-from beacon_mj.scene_gen.perception import perceive
+from beacon_mj.scene_gen.perception import ForceErrors, perceive
 from beacon_mj.scene_gen.rooms import robot_of, sensing_of, workspace_m
 from beacon_mj.streams import stream
 
@@ -76,7 +76,7 @@ def generate_learning_scene(
         surfaces=family.surfaces,
         obstacles=_named([*room.walls, *doors], names),
         certificate=_UNPROVED,
-        sensing=sensing_of(family, designed=True),
+        sensing=sensing_of(family, designed=door_errors(room)),
         mission=UNSET if days is None else number,
         day=UNSET if days is None else day,
         days=UNSET if days is None else days,
@@ -92,7 +92,9 @@ def generate_learning_scene(
         certificate, learning=_renamed(learning, names)
     )
     scene = msgspec.structs.replace(scene, certificate=certificate)
-    return perceive(scene, perception, seed)
+    scene = perceive(scene, perception, seed)
+    check_scene(scene)
+    return scene
 
 
 _UNPROVED = Certificate(
@@ -134,6 +136,16 @@ def _certified(family: Family, room: Room) -> LearningCertificate:
     parts = measured_parts(room, robot_of(family), workspace_m(family), doors)
     fail = family.value("push_fail_time", FAIL_S)
     return certify_parts(parts, fail, family.value("push_pass_time", PASS_S))
+
+
+def door_errors(room: Room) -> ForceErrors:
+    """Return how wrong the perceived forces of a room's doors are.
+
+    The control, in which a factor is drawn anew at each stage, has the data sheet of
+    the family that it is a control of: no planner can tell the two apart.
+    """
+    latent = room.parts[0].latent
+    return ForceErrors(round(latent.error, 6), round(latent.scale_error, 6))
 
 
 def _names(room: Room, rng: np.random.Generator) -> dict[str, str]:

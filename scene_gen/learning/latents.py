@@ -47,6 +47,7 @@ class KindLatent:
     limit_n: float
     welded: bool = True
     scores: tuple[float, float, float] | None = None
+    scale_error: float = 0.0
 
     def chance(self, world: int, door: Door) -> float:
         """Return the probability that a door opens, given the world."""
@@ -106,6 +107,14 @@ class LoadLatent:
     def weights(self) -> tuple[float, ...]:
         """Prior weights, all alike, (w,)."""
         return (1.0 / len(self.loads),) * len(self.loads)
+
+    @property
+    def scale_error(self) -> float:
+        """Standard deviation of the logarithm of the load, over the worlds."""
+        logs = [math.log(load) for load in self.loads]
+        mean = math.fsum(logs) / len(logs)
+        square = math.fsum((each - mean) * (each - mean) for each in logs) / len(logs)
+        return math.sqrt(square)
 
     def chance(self, world: int, door: Door) -> float:
         """Return the probability that a door opens, given the load.

@@ -8,6 +8,7 @@ import pytest
 from msgspec import UNSET
 
 from beacon_mj.episode.conformance import check_planner
+from beacon_mj.episode.mission import run_mission
 from beacon_mj.episode.protocol import Protocol
 from beacon_mj.episode.routes import route_graph, stages_of_day
 from beacon_mj.episode.run import make_task, run_episode
@@ -27,7 +28,6 @@ from beacon_mj.planners.routes.progress import RouteProgress
 from beacon_mj.scene import Scene
 from beacon_mj.scene_gen.generate import generate_scene
 from tests.learning.problems import TWO_KINDS
-from tests.repository import REPOSITORY
 from tests.worlds import cached_scene
 
 SEED = 4000  # Neither the tuning nor the reported scenes.
@@ -55,9 +55,9 @@ def doors_tried(trace: Trace) -> list[str]:
     return [*dict.fromkeys(tried)]
 
 
-def doors_of_the_optimum(scene: Scene) -> list[str]:
+def doors_of_the_optimum(*days: Scene) -> list[str]:
     """The doors that the certificate's optimum tries in the actual world."""
-    graph, (opens,) = route_graph(scene), actual_outcomes([scene])
+    graph, (opens,) = route_graph(days[0]), actual_outcomes(days)
     assert graph is not None
     (part,), (ids,) = graph.problem.parts, graph.doors
     policy = PartPolicy(part, graph.problem.fail_s, graph.problem.pass_s)
@@ -83,6 +83,24 @@ def test_the_optimum_is_driven_as_it_was_certified(family: str, index: int) -> N
     trace = run_episode(scene, BeliefDp(), protocol=PATIENT)
     assert trace.outcome == "reached"
     assert doors_tried(trace) == doors_of_the_optimum(scene)
+
+
+def test_a_mission_is_driven_as_it_was_certified() -> None:
+    days = [mission(day) for day in range(3)]
+    traces = run_mission(days, BeliefDp(), protocol=PATIENT)
+    assert [trace.outcome for trace in traces] == ["reached"] * 3
+    assert [d for t in traces for d in doors_tried(t)] == doors_of_the_optimum(*days)
+
+
+def test_an_isolated_planner_is_told_the_graph_of_each_day() -> None:
+    found = line_up(["belief-dp"], ["protocol.decision_limit_s=3600"], isolate=True)
+    config, refs = experiment(
+        found.entries, found.protocol, families=["revisited-rooms"],
+        scenes_per_family=3, seed=SEED, perception="noisy",
+    )  # fmt: skip
+    rows = [r for part in run_jobs(config, plan(config, refs)) for r in part]
+    own = run_mission([mission(d) for d in range(3)], BeliefDp(), protocol=PATIENT)
+    assert [row.steps for row in rows] == [len(trace.steps) for trace in own]
 
 
 @pytest.mark.parametrize("cls", PLANNERS)
@@ -215,8 +233,3 @@ def test_truth_is_no_part_of_the_graph() -> None:
     assert route_graph(scene) == route_graph(other)
     assert scene.certificate.learning is not UNSET
     assert np.isfinite(scene.certificate.learning.value_s)
-
-
-def test_documentation_names_them() -> None:
-    page = (REPOSITORY / "docs" / "reference-planners.md").read_text()
-    assert all(f"`{n}`" in page for n in ("belief-dp", "ctp-hindsight", "ctp-optimist"))

@@ -59,6 +59,13 @@ class Tell(NamedTuple):
     routes: RouteGraph | None
 
 
+class NextDay(NamedTuple):
+    """Have the planner that was built go on with the next day of its mission."""
+
+    serial: int
+    task: Task
+
+
 class Act(NamedTuple):
     """Decide. `seen` and `again` are what changed since the last time."""
 
@@ -71,7 +78,7 @@ class Act(NamedTuple):
     evidence: list[tuple[Any, ...]]
 
 
-Request = Describe | Tell | Reset | Act
+Request = Describe | Tell | Reset | NextDay | Act
 
 
 class Ready(msgspec.Struct, frozen=True, array_like=True, tag=0):

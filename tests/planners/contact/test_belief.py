@@ -10,14 +10,15 @@ from hypothesis import strategies as st
 from beacon_mj.errors import PlannerError
 from beacon_mj.interface import Evidence, PushEvidence
 from beacon_mj.planners.contact.belief import (
-    FORCE_ERROR,
     BeliefMap,
+    posterior,
+    prior,
+)
+from beacon_mj.planners.contact.belief_settings import (
     BeliefSettings,
     Likelihoods,
     Memory,
     Sharing,
-    posterior,
-    prior,
 )
 from tests.sensed import sensed_box
 
@@ -119,7 +120,7 @@ def crates(settings: BeliefSettings) -> BeliefMap:
 
 
 def test_a_push_tells_of_its_kind_and_of_no_other() -> None:
-    shared = crates(BeliefSettings(sharing=frozenset({"kind"}), reliability=0.9))
+    shared = crates(BeliefSettings(sharing=frozenset({"kind"}), reliability=(0.9,)))
     first = dict(shared.beliefs)
     change = shared.learn(PushEvidence("a", "not_moved", 55.0, 1.0))
     safe = {i: shared.probability(i, "safe") for i in "abc"}
@@ -136,7 +137,7 @@ def test_without_sharing_kinds_tell_nothing() -> None:
     alone, first = crates(BeliefSettings()), (0.5, 0.4, 0.1)
     alone.learn(PushEvidence("a", "not_moved", 55.0, 1.0))
     assert alone.beliefs["b"] == pytest.approx(first)
-    unreliable = BeliefSettings(sharing=frozenset({"kind"}), reliability=0.0)
+    unreliable = BeliefSettings(sharing=frozenset({"kind"}), reliability=(0.0,))
     assert crates(unreliable).beliefs["b"] == pytest.approx(first)
 
 
@@ -174,6 +175,6 @@ def test_a_scale_that_is_known_changes_no_bit(
     assert shared.beliefs == plain.beliefs
     for box in boxes:
         spare = math.log(60.0 / box.perceived_force_n)
-        tail = 0.5 * math.erfc(-spare / (FORCE_ERROR * math.sqrt(2.0)))
+        tail = 0.5 * math.erfc(-spare / (plain.force_error * math.sqrt(2.0)))
         assert shared.force_n(box) == plain.force_n(box)
         assert shared.probability_below(box, 60.0) == tail
