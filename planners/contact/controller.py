@@ -9,7 +9,7 @@ from typing import Literal
 
 import numpy as np
 
-from beacon_mj.geometry import Array
+from beacon_mj.geometry import Array, polyline_length
 from beacon_mj.interface import (
     Action,
     Observation,
@@ -24,6 +24,8 @@ from beacon_mj.planners.contact.candidates import PushPlan, segment_is_clear
 from beacon_mj.planners.contact.limits import PushLimits, braking_room_m
 
 _CRAWL_MPS = 0.08  #: Speed up to which the bumper's force is friction alone [m/s].
+_APPROACH_STEPS = 150  #: Control steps that any approach may take.
+_SLOWER = 1.5  #: Time that one may take, over that of its path at full speed.
 _STEADY = 1.25  #: Force limit over the force of a crawl.
 
 Phase = Literal["approach", "touch", "push", "back_off", "done", "failed"]
@@ -117,9 +119,14 @@ class PushController:
         if tracking.remaining_m < 0.02 and tracking.deviation_m < 0.02:
             self._enter("touch")
             return self._touch(observation)
-        if self._since > 150:
+        if self._since > self._patience(self._path):
             self.phase, self.reason = "failed", "did not reach where the push begins"
         return tracking.velocity_mps
+
+    def _patience(self, path: Array) -> float:
+        """Return the control steps that an approach may take: more for a long one."""
+        step_m = self._task.speed_mps * self._task.control_period_s
+        return max(_APPROACH_STEPS, _SLOWER * polyline_length(path) / step_m)
 
     def _way(self, observation: Observation) -> Array | None:
         """Return a path to the approach point, the direct one if it is clear."""

@@ -122,7 +122,7 @@ class RoutePolicy(PushPolicy[C]):
         self._stale = True
         return True
 
-    def ended(self, obstacle: SensedObstacle, *, failed: bool) -> None:
+    def pushed(self, obstacle: SensedObstacle, *, failed: bool) -> None:
         """Count a door as shut that did not go anywhere."""
         went_m = norm(obstacle.centroid_m - self._stood_m[obstacle.id])
         if failed and went_m < OPENED_M:

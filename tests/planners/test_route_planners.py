@@ -92,6 +92,19 @@ def test_a_mission_is_driven_as_it_was_certified() -> None:
     assert [d for t in traces for d in doors_tried(t)] == doors_of_the_optimum(*days)
 
 
+def test_a_long_way_to_a_door_is_driven_to_its_end() -> None:
+    """The last of five doors is 10 m off, out of one dead end and into another."""
+    scene = generate_scene("revisited-rooms-redrawn", 9, seed=1000)
+    trace = run_episode(scene, BeliefDp(), protocol=PATIENT)
+    tried = doors_tried(trace)
+    assert (trace.outcome, len(tried)) == ("reached", 5)
+    approach = [
+        r.command.info.target == tried[-1] and r.command.info.action == "approach"
+        for r in trace.steps
+    ]
+    assert sum(approach) > 150
+
+
 def test_an_isolated_planner_is_told_the_graph_of_each_day() -> None:
     found = line_up(["belief-dp"], ["protocol.decision_limit_s=3600"], isolate=True)
     config, refs = experiment(

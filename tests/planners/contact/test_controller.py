@@ -166,3 +166,23 @@ def test_voi_pushes_what_was_left_on_the_goal() -> None:
     assert math.isfinite(times.from_point(observation.position_m))
     assert command.info.action == "approach"
     assert command.info.cost_detour == math.inf
+
+
+@pytest.mark.parametrize(("moves", "phase"), [(True, "touch"), (False, "failed")])
+def test_an_approach_may_take_as_long_as_its_path(moves: bool, phase: str) -> None:
+    """10 m take 200 control periods; a robot that does not move is given 300."""
+    task = make_task((1.0, 3.0), (13.0, 3.0), (0.0, 0.0, 14.0, 6.0))
+    east, touch = np.array([1.0, 0.0]), np.array([11.5, 3.0])
+    plan = PushPlan(
+        0, "a", east, np.array([11.0, 3.0]), touch, 0.5,
+        Cascade(((0, 0.5),), 10.0, None),
+    )  # fmt: skip
+    controller = PushController(plan, task, PushLimits(touch_mps=0.1, push_mps=0.5))
+    here, steps = np.array([1.0, 3.0]), 0
+    while controller.phase == "approach":
+        seen = observe((float(here[0]), float(here[1])), sensed_box("a", 12.0, 3.0))
+        velocity = controller.act(seen)
+        here = here + moves * task.control_period_s * velocity
+        steps += 1
+    assert controller.phase == phase
+    assert steps > 190 if moves else steps == 301
