@@ -22,10 +22,11 @@ def evaluate(
     ] = (),
     settings: options.SetOption = (),
     vary: options.VaryOption = (),
+    suite: options.Suite = (),
     family: options.Family = (),
     scenes_per_family: Annotated[
         options.ScenesPerFamily | None,
-        Parameter(help="Scenes per family; 100 by default, or all that are stored."),
+        Parameter(help=f"{options.SCENES_HELP} Of stored scenes, all."),
     ] = None,
     seed: options.Seed = 0,
     perception: options.Perception = None,
@@ -85,6 +86,7 @@ def evaluate(
     results = beacon_mj.evaluate(
         planner,
         families=family,
+        suite=suite,
         scenes_per_family=scenes_per_family,
         seed=seed,
         perception=perception,
@@ -100,6 +102,7 @@ def evaluate(
         log=log,
         resume=resume,
         progress=beacon_mj.show_progress,
+        tell=lambda line: remark(f"note: {line}"),
     )
     remark(*results.failures())
     if json:

@@ -64,6 +64,7 @@ def run_episode(
     seed: int = 0,
     listeners: Sequence[Listener] = (),
     world: World | None = None,
+    suite: str | None = None,
 ) -> Trace:
     """Run one episode to its end.
 
@@ -75,6 +76,7 @@ def run_episode(
         seed: The planner's seed.
         listeners: Recorders and displays.
         world: A world of the same scene to reuse; it is reset first.
+        suite: The released suite that the scene is of, for its row.
 
     Returns:
         The trace. A planner that fails, or a simulation that diverges, ends its
@@ -93,6 +95,7 @@ def run_episode(
         scene=scene,
         protocol=protocol,
         start_m=world.position_m,
+        suite=suite,
         first_sensed=tuple(o.id for o in observation.obstacles),
     )
     for listener in listeners:

@@ -50,6 +50,7 @@ class Trace:
     Attributes:
         planner: Name of the planner.
         scene: The whole truth about its world.
+        suite: The released suite that the scene is of, if it was shown to be of one.
         protocol: How it was run.
         start_m: Recorded start, shape (2,) [m].
         first_sensed: Ids of obstacles sensed before the first step.
@@ -63,6 +64,7 @@ class Trace:
     scene: Scene
     protocol: Protocol
     start_m: Array
+    suite: str | None = None
     first_sensed: tuple[str, ...] = ()
     steps: list[StepRecord] = field(default_factory=list)
     outcome: Outcome | None = None

@@ -75,6 +75,7 @@ class _Rebuild:
             scene=log.scene,
             protocol=log.protocol,
             start_m=_planar(start[1].position_m),
+            suite=log.config.get("suite") or None,
             first_sensed=tuple(start[1].newly_sensed),
         )
         trace.steps = [

@@ -142,6 +142,7 @@ def _repeat(log: Log, trace: Trace, again: Path, row: RowOf | None) -> None:
         protocol=trace.protocol,
         seed=int(seed),
         listeners=[_AdoptEnd(trace), recorder],
+        suite=trace.suite,
     )
 
 

@@ -25,6 +25,7 @@ from beacon_mj.eval.report.episodes import (
 from beacon_mj.eval.runs.overrides import dotted
 from beacon_mj.eval.runs.run_folder import TABLE
 from beacon_mj.eval.statistics.compare import Comparison, compare_pairs
+from beacon_mj.eval.statistics.grouping import NO_SUITE, shown
 from beacon_mj.eval.statistics.pairing import (
     Arm,
     comparisons,
@@ -87,16 +88,16 @@ def render_report(
     summary["tables"] = {name: tables_by[name] for name in run.planners}
     tell("paired differences")
     base, found = _compared(run, baseline)
-    families = [*dict.fromkeys(f for own in summary["tables"].values() for f in own)]
-    shown = families[1:] if len(families) == 2 else families
+    families = dict.fromkeys(f for own in summary["tables"].values() for f in own)
+    names = shown([*families])
     focus = FOCUS if FOCUS in run.planners else next(iter(run.planners))
     tell("beliefs and episodes, from the logs")
     chosen = picks(run.folder, run.planners[focus])
     page: str = _template().render(
         run=_facts(run, rows),
         baseline=base,
-        results=[tables.results(summary, family) for family in shown],
-        differences=[tables.differences(found, family) for family in shown],
+        results=[tables.results(summary, name) for name in names],
+        differences=[tables.differences(found, name) for name in names],
         left_out=max((c.left_out for c in found), default=0),
         outcomes=tables.outcomes(summary),
         reasons=reasons(rows),
@@ -140,6 +141,8 @@ def _facts(run: Results, rows: Sequence[Row]) -> dict[str, Any]:
         "episodes": len(rows),
         "scenes": len(hashes),
         "planners": len(run.planners),
+        "suites": _suites(rows),
+        "notes": run.notes(),
         "finished": (run.folder / TABLE).is_file(),
         "solved": sum(row.success for row in rows),
         "seed": config.seed,
@@ -150,6 +153,14 @@ def _facts(run: Results, rows: Sequence[Row]) -> dict[str, Any]:
         "configs": {entry.name: dotted(entry.config) for entry in config.planners},
         "command": command_of(config),
     }
+
+
+def _suites(rows: Sequence[Row]) -> list[str]:
+    """Return the suites of the scenes, and `no suite` beside others for the rest."""
+    found = [*dict.fromkeys(row.suite for row in rows)]
+    if found == [None]:
+        return []
+    return [NO_SUITE if suite is None else suite for suite in found]
 
 
 def _figures(summary: dict[str, Any], rows: Sequence[Row]) -> dict[str, list[Figure]]:

@@ -21,7 +21,7 @@ import msgspec
 
 from beacon_mj.errors import RunError
 from beacon_mj.eval.metrics.row import Row
-from beacon_mj.eval.runs.config import PlannerEntry, RunConfig, load_ref
+from beacon_mj.eval.runs.config import PlannerEntry, RunConfig, load_ref, suite_of_ref
 from beacon_mj.eval.runs.jobs import (
     Attempt,
     Fault,
@@ -180,6 +180,8 @@ def _alone(
     for _, attempt in _stream(work, [job], client):
         if attempt is None:
             scene = load_ref(config, job.ref)
-            lost = lost_row(config, scene, job.planners[0], "planner_error", DIED)
+            suite = suite_of_ref(config, job.ref, scene)
+            name = job.planners[0]
+            lost = lost_row(config, scene, name, "planner_error", DIED, suite)
             attempt = Attempt([lost], [Fault(lost.key, DIED, "")])
         yield attempt

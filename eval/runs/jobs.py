@@ -12,7 +12,13 @@ from beacon_mj.episode.run import Listener, run_episode
 from beacon_mj.episode.trace import Outcome, Trace
 from beacon_mj.eval.metrics.measure import measure
 from beacon_mj.eval.metrics.row import Row
-from beacon_mj.eval.runs.config import PlannerEntry, RunConfig, SceneRef, load_ref
+from beacon_mj.eval.runs.config import (
+    PlannerEntry,
+    RunConfig,
+    SceneRef,
+    load_ref,
+    suite_of_ref,
+)
 from beacon_mj.eval.runs.isolation.host import Isolated, Who, here, isolated
 from beacon_mj.eval.runs.lineup import Handed
 from beacon_mj.eval.runs.overrides import configure
@@ -74,6 +80,7 @@ def run_job(
         One row a planner. The scene and its worlds are built once.
     """
     scene = load_ref(config, job.ref)
+    suite = suite_of_ref(config, job.ref, scene)
     out = Attempt([], [])
     worlds: dict[float, World] = {}
     for entry in (e for e in config.planners if e.name in job.planners):
@@ -83,10 +90,12 @@ def run_job(
                 worlds[step] = World(scene, step)
         except SimulationError as error:
             out.rows.append(
-                lost_row(config, scene, entry.name, "simulation_error", str(error))
+                lost_row(
+                    config, scene, entry.name, "simulation_error", str(error), suite
+                )
             )
             continue
-        row, where = _episode(config, folder, scene, worlds[step], entry, handed)
+        row, where = _episode(config, folder, scene, suite, worlds[step], entry, handed)
         out.rows.append(row)
         if row.outcome == "planner_error":
             out.faults.append(Fault(row.key, row.detail, where))
@@ -94,7 +103,12 @@ def run_job(
 
 
 def lost_row(
-    config: RunConfig, scene: Scene, planner: str, outcome: Outcome, detail: str
+    config: RunConfig,
+    scene: Scene,
+    planner: str,
+    outcome: Outcome,
+    detail: str,
+    suite: str | None,
 ) -> Row:
     """Return the row of an episode that could not be run."""
     return measure(
@@ -105,6 +119,7 @@ def lost_row(
             start_m=np.array(scene.start_m),
             outcome=outcome,
             detail=detail,
+            suite=suite,
         )
     )
 
@@ -118,6 +133,7 @@ def _episode(
     config: RunConfig,
     folder: Path | None,
     scene: Scene,
+    suite: str | None,
     world: World,
     e: PlannerEntry,
     handed: Handovers,
@@ -135,6 +151,7 @@ def _episode(
         seed=seed,
         listeners=[] if path is None else [_recorder(path, e, seed)],
         world=world,
+        suite=suite,
     )
     row = measure(trace)
     if path is not None and config.log == "failures" and row.clean_success:

@@ -14,7 +14,12 @@ from pathlib import Path
 from types import MappingProxyType
 
 from beacon_mj.eval.metrics.row import Row
-from beacon_mj.eval.runs.config import RunConfig, SceneRef, load_ref
+from beacon_mj.eval.runs.config import (
+    RunConfig,
+    SceneRef,
+    load_ref,
+    suite_of_ref,
+)
 from beacon_mj.eval.runs.jobs import (
     Attempt,
     Fault,
@@ -147,7 +152,9 @@ def _alone(
             pool = None
             detail = "the process died while the planner ran"
             scene = load_ref(config, job.ref)
-            row = lost_row(config, scene, job.planners[0], "planner_error", detail)
+            suite = suite_of_ref(config, job.ref, scene)
+            name = job.planners[0]
+            row = lost_row(config, scene, name, "planner_error", detail, suite)
             yield Attempt([row], [Fault(row.key, detail, "")])
     if pool is not None:
         pool.shutdown(kill_workers=True)

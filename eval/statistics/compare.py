@@ -14,9 +14,10 @@ from numpy.typing import NDArray
 
 from beacon_mj.eval.metrics.row import Row
 from beacon_mj.eval.statistics.bootstrap import bca_intervals
+from beacon_mj.eval.statistics.grouping import OVERALL, groups
 from beacon_mj.eval.statistics.intervals import holm, mcnemar, paired_rate_interval
 from beacon_mj.eval.statistics.pairing import Matched
-from beacon_mj.eval.statistics.summary import OVERALL, RATES
+from beacon_mj.eval.statistics.summary import RATES
 from beacon_mj.geometry import Array
 
 #: Compared columns; smaller is better in all of them.
@@ -100,7 +101,7 @@ class Cost(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class FamilyComparison(msgspec.Struct, frozen=True, kw_only=True):
-    """One family, or all: scenes, rates by name and costs by column."""
+    """One family, a suite, or all: scenes, rates by name and costs by column."""
 
     family: str
     scenes: int
@@ -117,7 +118,7 @@ class Comparison(msgspec.Struct, frozen=True, kw_only=True):
         left_out: Scenes that only one of them has.
         p_holm: McNemar's p-value of overall success, adjusted by Holm's procedure
             for the number of comparisons made together.
-        cells: Overall, then per family.
+        cells: Overall, then per family, and per suite where there are several.
     """
 
     first: str
@@ -138,11 +139,8 @@ def compare_pairs(matched: Sequence[Matched]) -> list[Comparison]:
 
 
 def _comparison(matched: Matched) -> Comparison:
-    families = dict.fromkeys(base.family for _, base in matched.pairs)
-    cells = {OVERALL: _cell(OVERALL, matched.pairs)} | {
-        name: _cell(name, [p for p in matched.pairs if p[1].family == name])
-        for name in families
-    }
+    found = groups(matched.pairs, lambda pair: pair[1])
+    cells = {name: _cell(name, own) for name, own in found.items()}
     return Comparison(
         first=matched.first,
         baseline=matched.baseline,

@@ -152,10 +152,16 @@ def load_latent(family: Family) -> LoadLatent:
     )
 
 
+def dealt_in_rounds(part: Part) -> bool:
+    """Whether the worlds of a part are equally probable, and dealt in rounds."""
+    weights = part.latent.weights
+    return max(weights) - min(weights) <= 1e-12
+
+
 def deal(part: Part, family: str, seed: int, number: int) -> int:
     """Return the world of a part in the scene, or mission, of that number."""
     weights = part.latent.weights
-    if max(weights) - min(weights) > 1e-12:
+    if not dealt_in_rounds(part):
         rng = stream("scene", seed, family, "world", part.key, number)
         return int(rng.choice(len(weights), p=weights))
     turn, place = divmod(number, len(weights))
