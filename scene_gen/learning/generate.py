@@ -5,6 +5,7 @@ geometry; throw it away if that is less than promised; only then draw what is tr
 no scene is kept or thrown away for what is true of it, and the prior holds.
 """
 
+import functools
 from collections.abc import Mapping
 
 import msgspec
@@ -59,9 +60,7 @@ def generate_learning_scene(
     """
     days = family.whole("day_count") if "day_count" in family.numerics else None
     number, day = (index, 0) if days is None else divmod(index, days)
-    rng = stream("scene", seed, family.name, "room", number)
-    room, learning = _promised(family, rng, f"index {index}, seed {seed}")
-    names = _names(room, rng)
+    room, learning, names = _accepted(family, seed, number)
     doors = _true_doors(family, room, seed, number, day)
     start, goal = room.ways[day]
     scene = Scene(
@@ -88,9 +87,7 @@ def generate_learning_scene(
             f"{family.source}: expected closed doors to leave no way, and open ones "
             f"one, but they did not for index {index}, seed {seed}."
         )
-    certificate = msgspec.structs.replace(
-        certificate, learning=_renamed(learning, names)
-    )
+    certificate = msgspec.structs.replace(certificate, learning=learning)
     scene = msgspec.structs.replace(scene, certificate=certificate)
     return perceive(scene, perception, seed)
 
@@ -102,6 +99,20 @@ _UNPROVED = Certificate(
     door_ids=(),
     margin_m=0.0,
 )
+
+
+@functools.lru_cache(maxsize=4)
+def _accepted(
+    family: Family, seed: int, number: int
+) -> tuple[Room, LearningCertificate, Mapping[str, str]]:
+    """Return a room, its certificate, and the names that its obstacles have.
+
+    The days of a mission share all three: they are worked out for the first of them.
+    """
+    rng = stream("scene", seed, family.name, "room", number)
+    room, learning = _promised(family, rng, f"room {number}, seed {seed}")
+    names = _names(room, rng)
+    return room, _renamed(learning, names), names
 
 
 def _promised(
