@@ -53,6 +53,7 @@ class Ablation(Tabular):
         names = shown([*dict.fromkeys(effect.family for effect in self.effects)])
         parts: list[Table | str] = [*map(self._table, names), LEGEND]
         if self.ladder:
+            names = shown([*dict.fromkeys(step.family for step in self.ladder)])
             parts += [*map(self._ladder, names), LADDER_LEGEND]
         return [*parts, *self.notes]
 
@@ -99,11 +100,10 @@ class Ablation(Tabular):
 
 
 def _scenes(found: Sequence[Effect | Step]) -> str:
-    """Return how many scenes a table is of; situations that fit fewer are named."""
-    count = max(each.scenes for each in found)
-    fewer = {each.situation: each.scenes for each in found if each.scenes < count}
-    less = "".join(f"; {name}: {n}" for name, n in fewer.items())
-    return f"{count} scenes{less}"
+    """Return how many scenes a table is of; not every situation fits every family."""
+    counts = [each.scenes for each in found]
+    least, most = min(counts), max(counts)
+    return f"{most} scenes" if least == most else f"{least} to {most} scenes"
 
 
 def _cell(effect: Effect, cost: str) -> str:
