@@ -37,6 +37,8 @@ from beacon_mj.scene_gen.rooms import robot_of, sensing_of, workspace_m
 from beacon_mj.streams import stream
 
 PROPOSALS = 200  #: Proposals per scene before giving up.
+#: The same where none of them is worth half of what is promised.
+HOPELESS = 20
 FAIL_S, PASS_S = 2.0, 0.7  #: What pushes cost where the family does not say [s].
 MARGIN_M = 0.02  #: Clearance beyond the disc at which certified ways still exist.
 
@@ -120,8 +122,10 @@ def _promised(
 ) -> tuple[Room, LearningCertificate]:
     """Return the first proposal in which learning is worth what the family promises."""
     promise = family.value("learning_value", 0.0)
-    best = 0.0
-    for _ in range(PROPOSALS):
+    best: float | None = None
+    tried = 0
+    while tried < (HOPELESS if 2.0 * (best or 0.0) < promise else PROPOSALS):
+        tried += 1
         room = LEARNING_LAYOUTS[family.layout](family, rng)
         try:
             certificate = _certified(family, room)
@@ -129,10 +133,15 @@ def _promised(
             continue
         if certificate.value_s >= promise:
             return room, certificate
-        best = max(best, certificate.value_s)
+        best = max(best or 0.0, certificate.value_s)
+    if best is None:
+        raise GenerationError(
+            f"{family.source}: expected rooms that a robot can cross but none of "
+            f"{tried} proposals for {which} was one."
+        )
     raise GenerationError(
         f"{family.source}: expected learning to be worth {promise:g} s but in "
-        f"{PROPOSALS} proposals for {which} it was at most {best:.2f} s."
+        f"{tried} proposals for {which} it was at most {best:.2f} s."
     )
 
 
