@@ -38,6 +38,7 @@ def evaluate(
     isolate: bool | None = None,
     log: Logging = "all",
     resume: bool = False,
+    trust_code: bool = False,
     progress: Progress = quiet,
     tell: Callable[[str], None] = lambda _: None,
 ) -> Results:
@@ -77,6 +78,8 @@ def evaluate(
             do reaches the evaluation; by default those from files do.
         log: Which episodes leave an MCAP log: `all`, `failures`, or `none`.
         resume: Go on with the run in `out`; without planners, with its own options.
+        trust_code: Run the files of planners and layouts that only the folder in `out`
+            names, when going on without naming planners. They may be a stranger's.
         progress: Shows what is done, such as `beacon_mj.show_progress`; by default
             nothing is shown.
         tell: Told before the start of rounds that `scenes_per_family` cuts.
@@ -106,11 +109,15 @@ def evaluate(
         shard=shard,
         isolate=isolate,
     )
-    run = prepare(options, None if out is None else Path(out), resume=resume)
-    for note in run.notes():
-        tell(note)
-    run.run(cluster or workers or os.cpu_count() or 1, progress)
-    run.folder.finish(run.config, run.rows, summarize(run.rows))
+    folder = None if out is None else Path(out)
+    run = prepare(options, folder, resume=resume, trust_code=trust_code)
+    try:
+        for note in run.notes():
+            tell(note)
+        run.run(cluster or workers or os.cpu_count() or 1, progress)
+        run.folder.finish(run.config, run.rows, summarize(run.rows))
+    finally:
+        run.folder.close()  # A traceback may keep it, in a notebook.
     return Results(run.folder.path, run.config, run.rows, run.faults)
 
 

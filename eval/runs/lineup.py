@@ -9,6 +9,7 @@ import msgspec
 
 from beacon_mj.episode.protocol import Protocol
 from beacon_mj.errors import PlannerError, RunError, unknown
+from beacon_mj.eval.runs.code_record import code_of, planner_file
 from beacon_mj.eval.runs.config import PlannerEntry
 from beacon_mj.eval.runs.overrides import Settings, built_ins, parse_settings
 from beacon_mj.eval.runs.variants import (
@@ -252,12 +253,15 @@ def _entry(each: _Loaded, parsed: Settings, protocol: Protocol) -> PlannerEntry:
     own = {**(each.values or {}), **parsed.get(each.name, {})}
     if own and each.config is not None:
         raise _configured(each.name, "set")
+    file = planner_file(each.spec)
     entry = PlannerEntry(
         name=each.name,
         spec=each.spec,
         settings=own,
         config={} if each.config is None else built_ins(each.config),
         isolated=each.cls is None,
+        code=code_of(each.spec, each.cls),
+        home="" if file is None else str(file),
     )
     if each.config is not None:
         return entry

@@ -73,8 +73,8 @@ def kind_latent(
     heaviest = family.range("door_force")[1]
     if heaviest > limit:
         raise TemplateError(
-            f"{family.source}: expected numeric 'door_force' to be at most {limit:g} N, "
-            f"which the robot can push, but it was up to {heaviest:g}."
+            f"{family.source}: expected numeric 'door_force' to be at most {limit:g} "
+            f"N, which the robot can push, but it was up to {heaviest:g}."
         )
     bits = [
         b for b in itertools.product((0, 1), repeat=labels) if 0 < b.count(1) < labels
