@@ -283,6 +283,16 @@ def suite_of_ref(config: RunConfig, ref: SceneRef, scene: Scene) -> str | None:
     return None if own is None else own.suite
 
 
+def with_count(config: RunConfig, scenes_per_family: int) -> RunConfig:
+    """Return a run with another number of scenes of each family."""
+    replace = msgspec.structs.replace
+    counted = {
+        name: replace(each, count=scenes_per_family)
+        for name, each in config.scenes.items()
+    }
+    return replace(config, scenes=counted, scenes_per_family=scenes_per_family)
+
+
 def load_ref(config: RunConfig, ref: SceneRef) -> Scene:
     """Return the scene, generated or read."""
     if ref.path is None:
