@@ -30,10 +30,14 @@ OURS = {
     "beacon-kinds": "beacon_mj.planners.beacon_kinds:BeaconKinds",
     "beacon-voi": "beacon_mj.planners.beacon_voi:BeaconVoi",
 }
-#: Reference planners: beside the table, never in it. `clairvoyant` is told the truth.
+#: Reference planners: beside the table, never in it. `clairvoyant` is told the truth;
+#: `ctp-optimist`, `ctp-hindsight` and `belief-dp` the route graph and its prior.
 REFERENCE = {
     "impact": "beacon_mj.planners.impact:Impact",
     "push-through": "beacon_mj.planners.push_through:PushThrough",
+    "ctp-optimist": "beacon_mj.planners.ctp_optimist:CtpOptimist",
+    "ctp-hindsight": "beacon_mj.planners.ctp_hindsight:CtpHindsight",
+    "belief-dp": "beacon_mj.planners.belief_dp:BeliefDp",
     "clairvoyant": "beacon_mj.planners.clairvoyant:Clairvoyant",
 }
 ALIASES = {"bug": "bug1"}

@@ -42,6 +42,10 @@ COMMANDS = {
         "beacon_mj.cli.compare:compare",
         "Compare planners or runs, scene by scene.",
     ),
+    "learning": (
+        "beacon_mj.cli.learning:learning",
+        "Compare what learning saved with what it saves the optimum.",
+    ),
     "report": (
         "beacon_mj.cli.report:report",
         "Write a run as one self-contained page.",

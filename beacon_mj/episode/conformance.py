@@ -8,16 +8,20 @@ from beacon_mj.episode.door import Door
 from beacon_mj.episode.interrupts import watched
 from beacon_mj.episode.protocol import Protocol
 from beacon_mj.episode.rollout import truth_about
+from beacon_mj.episode.routes import route_graph
 from beacon_mj.episode.run import make_task, run_episode
 from beacon_mj.episode.sensor import Sensor
 from beacon_mj.errors import PlannerError
 from beacon_mj.planners.base import Planner
 from beacon_mj.planners.oracle.truth import Oracle
+from beacon_mj.planners.routes.graph import RoutePlanner
 from beacon_mj.scene import Scene
 from beacon_mj.scene_gen.generate import generate_scene
 from beacon_mj.world import World
 
 STEPS = 40  #: Control steps for which a planner is watched.
+#: The family in which a planner is watched, and one with a route graph.
+USUAL, ON_ROUTES = "collision-required", "lookalike-doors"
 
 
 def check_planner(
@@ -32,7 +36,8 @@ def check_planner(
 
     Args:
         planner: A planner's class, or one that was built.
-        scene: Where to drive; a scene of family `collision-required` if None.
+        scene: Where to drive; if None, a scene of family `collision-required`, or of
+            `lookalike-doors` for a planner on the route graph.
         steps: Control steps to drive.
 
     Raises:
@@ -48,7 +53,8 @@ def check_planner(
             f"{', '.join(missing)}."
         )
     _check_config(cls)
-    scene = generate_scene("collision-required", 0) if scene is None else scene
+    if scene is None:
+        scene = generate_scene(ON_ROUTES if issubclass(cls, RoutePlanner) else USUAL, 0)
     first = _drive(build(), cls.__name__, scene, steps)
     again = _drive(build(), cls.__name__, scene, steps)
     if first != again:
@@ -90,6 +96,7 @@ def _drive(
     try:
         with watched():
             method = "reset"
+            door.tell(route_graph(scene))
             door.reset(make_task(scene, protocol, seed=1), truth)
             method = "act"
             return _commands(door, world, sensor, steps)

@@ -22,6 +22,7 @@ from beacon_mj.episode.sealed import Sealer, sealed_task
 from beacon_mj.errors import describe
 from beacon_mj.interface import Command, Observation, Task
 from beacon_mj.planners.base import Planner
+from beacon_mj.planners.routes.graph import RouteGraph, RoutePlanner
 
 #: Decision limits that a reset may take: compiling a planner's kernels is no decision.
 RESET_LIMITS = 20
@@ -50,6 +51,18 @@ class Door:
         self._sealer = Sealer()
         self._state = ProcessState()
         self._sensed: dict[str, None] = {}
+
+    def tell(self, routes: RouteGraph | None) -> None:
+        """Tell a planner on the route graph which graph is next; others hear nothing.
+
+        Args:
+            routes: The graph; None in a scene without a certificate of learning.
+
+        Raises:
+            PlannerFailure: If the planner fails.
+        """
+        if isinstance(self._planner, RoutePlanner):
+            self._call(self._planner.set_routes, RESET_LIMITS * self._limit_s, routes)
 
     def reset(self, task: Task, truth: object = None) -> None:
         """Start the planner on a task of its own.

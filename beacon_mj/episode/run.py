@@ -12,6 +12,7 @@ from beacon_mj.episode.door import Door
 from beacon_mj.episode.interrupts import watched
 from beacon_mj.episode.protocol import Protocol, battery_slope
 from beacon_mj.episode.rollout import truth_about
+from beacon_mj.episode.routes import route_graph
 from beacon_mj.episode.sensor import Sensor
 from beacon_mj.episode.trace import Outcome, StepRecord, Trace
 from beacon_mj.errors import PlannerError, SceneError, one_line
@@ -163,6 +164,7 @@ class _Loop:
     ) -> Outcome:
         """Start the planner, and step until the episode ends; return how."""
         try:
+            self.door.tell(route_graph(self.trace.scene))
             begin()
             while True:
                 command, seconds = self.door.decide(observation)

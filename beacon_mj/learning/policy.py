@@ -22,7 +22,7 @@ stage is a failure, the best policy in a stage is a fixed order of its doors.
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 
@@ -67,9 +67,14 @@ def realized_s(
     for part, opens in zip(problem.parts, outcomes, strict=True):
         whole = [part] if updating else [_single_stage(part, s) for s in part.stages]
         for each in whole:
-            policy = PartPolicy(each, problem.fail_s, problem.pass_s)
-            total += policy.time_in(opens)
+            total += _policy(each, problem.fail_s, problem.pass_s).time_in(opens)
     return total
+
+
+@lru_cache(maxsize=64)
+def _policy(part: DoorPart, fail_s: float, pass_s: float) -> "PartPolicy":
+    """Return the optimal policy of a part, which many actual worlds share."""
+    return PartPolicy(part, fail_s, pass_s)
 
 
 def _single_stages(problem: DoorProblem) -> list[DoorPart]:
@@ -122,6 +127,23 @@ class PartPolicy:
     ) -> int:
         """Return which door of a stage to try next, as its place in `stage.doors`."""
         return self._best(stage, at, failed, known)[1]
+
+    def expected_from(
+        self, stage: int, at: int, failed: frozenset[int], known: Evidence
+    ) -> float:
+        """Return the expected time from a place of a stage to the part's end [s]."""
+        return self._best(stage, at, failed, known)[0]
+
+    def evidence(self, outcomes: Mapping[int, bool]) -> Evidence:
+        """Return as evidence how doors of stages before the present one ended.
+
+        Args:
+            outcomes: Whether each door that was tried opened, by its number.
+        """
+        counts: dict[tuple[int, bool], int] = {}
+        for door, opened in outcomes.items():
+            self._count(counts, door, opened)
+        return tuple(sorted((*key, count) for key, count in counts.items()))
 
     def time_in(self, opens: Sequence[bool]) -> float:
         """Return the time that the policy takes where doors open as given [s]."""
@@ -229,10 +251,15 @@ class PartPolicy:
         doors = self.part.stages[b].doors
         counts = {(door, result): count for door, result, count in known}
         for i in (*failed, opened):
-            key = self._class[doors[i]], i == opened
-            more = counts.get(key, 0) + 1
-            counts[key] = 1 if key[0] in self._sure else more
+            self._count(counts, doors[i], i == opened)
         return tuple(sorted((*key, count) for key, count in counts.items()))
+
+    def _count(
+        self, counts: dict[tuple[int, bool], int], door: int, opened: bool
+    ) -> None:
+        """Count how one door ended; of some, one alike says all there is to say."""
+        key = self._class[door], opened
+        counts[key] = 1 if key[0] in self._sure else counts.get(key, 0) + 1
 
 
 def _classes(part: DoorPart, opens: Array) -> tuple[dict[int, int], set[int]]:

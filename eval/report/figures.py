@@ -66,11 +66,11 @@ def pareto(summary: dict[str, Any], column: str, label: str) -> str:
         name: (c["mean"][column]["mean"], 100.0 * c["success"]["rate"])
         for name, c in cells.items()
     }
-    figure, axes = _panel(label, "success [%]")
+    figure, axes = panel(label, "success [%]")
     front = sorted(p for p in points.values() if not _beaten(p, points.values()))
     axes.plot(*zip(*front, strict=True), color=FAINT, lw=3, zorder=1)
     for name, (x, y) in points.items():
-        colour, marker = _style(name, [*points])
+        colour, marker = style(name, [*points])
         won, cost = cells[name]["success"], cells[name]["mean"][column]
         across = (
             None if cost["low"] is None else [[x - cost["low"]], [cost["high"] - x]]
@@ -81,15 +81,13 @@ def pareto(summary: dict[str, Any], column: str, label: str) -> str:
             label=name, mec="white", mew=0.5,
         )  # fmt: skip
     axes.set_ylim(-4, 104)
-    _legend(figure, axes)
-    return _svg(figure)
+    legend(figure, axes)
+    return svg(figure)
 
 
 def reliability_diagram(curves: Mapping[str, Reliability]) -> str:
     """Return the share of right forecasts against confidence, a curve a set."""
-    figure, axes = _panel(
-        "confidence in the most probable class", "share that is right"
-    )
+    figure, axes = panel("confidence in the most probable class", "share that is right")
     axes.plot([0, 1], [0, 1], color=FAINT, lw=2, zorder=1)
     for k, (name, curve) in enumerate(curves.items()):
         colour, marker = _STYLES[k]
@@ -105,20 +103,20 @@ def reliability_diagram(curves: Mapping[str, Reliability]) -> str:
             ls=_DASHES[k], label=f"{name}: n = {curve.n}{error}",
         )  # fmt: skip
     axes.set(xlim=(0.25, 1.02), ylim=(-0.02, 1.02))
-    _legend(figure, axes, columns=1)
-    return _svg(figure)
+    legend(figure, axes, columns=1)
+    return svg(figure)
 
 
 def peak_forces(rows: Sequence[Row]) -> str:
     """Return the share of episodes whose peak force exceeds a value, by planner."""
-    figure, axes = _panel(
+    figure, axes = panel(
         "force F [N] (largest 10 ms mean of a contact)", "episodes above F [%]"
     )
     names = [*dict.fromkeys(row.planner for row in rows)]
     for k, name in enumerate(names):
         own = np.sort([r.filtered_peak_force_n for r in rows if r.planner == name])
         above = 100.0 * (1.0 - np.arange(1, len(own) + 1) / len(own))
-        colour, _ = _style(name, names)
+        colour, _ = style(name, names)
         axes.step(
             [0.0, *own], [100.0, *above], where="post", color=colour, lw=1.6,
             ls=_DASHES[k % len(_DASHES)], label=name,
@@ -126,8 +124,8 @@ def peak_forces(rows: Sequence[Row]) -> str:
     axes.set_xscale("symlog", linthresh=1.0)
     axes.set_xlim(left=0.0)
     axes.set_ylim(-2, 102)
-    _legend(figure, axes)
-    return _svg(figure)
+    legend(figure, axes)
+    return svg(figure)
 
 
 def learning_curves(missions: dict[str, dict[str, Any]], family: str) -> str:
@@ -137,11 +135,11 @@ def learning_curves(missions: dict[str, dict[str, Any]], family: str) -> str:
         missions: Entry `missions` of a summary.
         family: Which family.
     """
-    figure, axes = _panel("day of the mission", "mean steps, 95 % interval")
+    figure, axes = panel("day of the mission", "mean steps, 95 % interval")
     names = [name for name, own in missions.items() if family in own]
     for k, name in enumerate(names):
         found = [day["mean"]["steps"] for day in missions[name][family]["by_day"]]
-        colour, marker = _style(name, names)
+        colour, marker = style(name, names)
         # A little apart, so that intervals do not hide each other.
         x = [1 + n + 0.06 * (k - 0.5 * (len(names) - 1)) for n in range(len(found))]
         y = [c["mean"] for c in found]
@@ -155,8 +153,8 @@ def learning_curves(missions: dict[str, dict[str, Any]], family: str) -> str:
         )  # fmt: skip
     axes.set_xticks(range(1, 1 + max(missions[n][family]["days"] for n in names)))
     axes.set_ylim(bottom=0.0)
-    _legend(figure, axes, columns=1 if max(map(len, names)) > 20 else 3)
-    return _svg(figure)
+    legend(figure, axes, columns=1 if max(map(len, names)) > 20 else 3)
+    return svg(figure)
 
 
 def _beaten(point: tuple[float, float], others: Any) -> bool:
@@ -165,7 +163,7 @@ def _beaten(point: tuple[float, float], others: Any) -> bool:
     return any(a <= x and b >= y and (a, b) != (x, y) for a, b in others)
 
 
-def _style(name: str, names: Sequence[str]) -> tuple[str, str]:
+def style(name: str, names: Sequence[str]) -> tuple[str, str]:
     """Return colour and marker of a planner; strangers take what is left."""
     if name in _KNOWN:
         return _STYLES[_KNOWN.index(name)]
@@ -175,7 +173,8 @@ def _style(name: str, names: Sequence[str]) -> tuple[str, str]:
     return _STYLES[free[place % len(free)] if free else place % len(_STYLES)]
 
 
-def _panel(x: str, y: str) -> tuple[Figure, Axes]:
+def panel(x: str, y: str) -> tuple[Figure, Axes]:
+    """Return an empty figure of one panel, and its axes with these labels."""
     with mpl.rc_context({"font.size": 9}):
         figure = Figure(figsize=SIZE_IN, layout="constrained")
         axes = figure.add_subplot()
@@ -188,7 +187,8 @@ def _panel(x: str, y: str) -> tuple[Figure, Axes]:
     return figure, axes
 
 
-def _legend(figure: Figure, axes: Axes, columns: int = 3) -> None:
+def legend(figure: Figure, axes: Axes, columns: int = 3) -> None:
+    """Put the legend below the panel."""
     handles, labels = axes.get_legend_handles_labels()
     figure.legend(
         handles, labels, loc="outside lower center", ncols=columns, frameon=False,
@@ -196,7 +196,8 @@ def _legend(figure: Figure, axes: Axes, columns: int = 3) -> None:
     )  # fmt: skip
 
 
-def _svg(figure: Figure) -> str:
+def svg(figure: Figure) -> str:
+    """Return the figure as SVG; equal figures give equal text."""
     out = StringIO()
     with mpl.rc_context({"svg.hashsalt": "beacon-mj", "svg.fonttype": "path"}):
         figure.savefig(out, format="svg", metadata={"Date": None, "Creator": None})

@@ -10,13 +10,14 @@ from beacon_mj.interface import Command, Observation, Task
 from beacon_mj.planners.base import Planner
 from beacon_mj.planners.oracle.truth import Oracle, Truth
 from beacon_mj.planners.registry import load_planner
+from beacon_mj.planners.routes.graph import RouteGraph, RoutePlanner
 
 
-class Guarded(Oracle):
+class Guarded(Oracle, RoutePlanner):
     """Builds a planner in `reset`, so that a failing constructor costs an episode too.
 
-    The truth about a world is passed on to oracles and to no other planner.
-
+    The truth about a world is passed on to oracles and to no other planner; so is the
+    route graph to planners on it.
     """
 
     Config: ClassVar[type[Any]] = dict
@@ -32,10 +33,16 @@ class Guarded(Oracle):
         """Keep the truth until it is known who asks."""
         self._truth = truth
 
+    def set_routes(self, routes: RouteGraph | None) -> None:
+        """Keep the route graph until it is known who asks."""
+        self._routes = routes
+
     def reset(self, task: Task) -> None:
         """Build the planner and reset it."""
         try:
             planner = self._planner = self._build()
+            if isinstance(planner, RoutePlanner):
+                planner.set_routes(self._routes)
             if isinstance(planner, Oracle):
                 planner.set_truth(self._truth)
             planner.reset(task)
@@ -48,6 +55,8 @@ class Guarded(Oracle):
         planner = self._planner
         assert planner is not None, "next_day() before reset()"
         try:
+            if isinstance(planner, RoutePlanner):
+                planner.set_routes(self._routes)
             if isinstance(planner, Oracle):
                 planner.set_truth(self._truth)
             planner.next_day(task)

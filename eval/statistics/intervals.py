@@ -11,6 +11,7 @@ import numpy as np
 
 from beacon_mj.eval.statistics.bootstrap import bca_intervals
 from beacon_mj.eval.statistics.clusters import sign_flip_test, totals
+from beacon_mj.geometry import Array
 
 
 class Interval(NamedTuple):
@@ -203,6 +204,45 @@ def paired_interval(
     _check_paired(len(first), len(second))
     difference = np.asarray(first, dtype=float) - np.asarray(second, dtype=float)
     return mean_interval(list(difference), clusters, confidence, seed)
+
+
+def correlation_interval(
+    first: Sequence[float], second: Sequence[float], confidence: float = 0.95
+) -> Interval:
+    """Return Pearson's correlation of paired values, and Fisher's interval.
+
+        r = tanh(z),  z -+ z_c / sqrt(n - 3),  mapped back by tanh
+
+    Fisher, "On the probable error of a coefficient of correlation deduced from a small
+    sample", 1921. It takes the pairs for independent and about normal.
+
+    Args:
+        first: One value a pair.
+        second: The other.
+        confidence: Coverage, in (0, 1).
+
+    Returns:
+        NaN where a side does not vary; no ends for fewer than four pairs, and the
+        estimate twice where all pairs lie on a line.
+    """
+    _check_paired(len(first), len(second))
+    x, y = np.asarray(first, dtype=float), np.asarray(second, dtype=float)
+    if len(x) < 2 or _constant(x) or _constant(y):
+        return Interval(np.nan, np.nan, np.nan)
+    dx, dy = x - x.mean(), y - y.mean()
+    norm = np.sqrt((dx * dx).sum()) * np.sqrt((dy * dy).sum())
+    r = float(np.clip((dx * dy).sum() / norm, -1.0, 1.0))
+    if len(x) < 4:
+        return Interval(r, np.nan, np.nan)
+    if abs(r) > 1.0 - 1e-12:
+        return Interval(r, r, r)
+    half = NormalDist().inv_cdf(0.5 + confidence / 2.0) / np.sqrt(len(x) - 3.0)
+    low, high = (float(np.tanh(np.arctanh(r) + s * half)) for s in (-1.0, 1.0))
+    return Interval(r, low, high)
+
+
+def _constant(values: Array) -> bool:
+    return bool(np.ptp(values) <= 1e-9 * max(1.0, float(np.abs(values).max())))
 
 
 def interquartile_mean(values: Sequence[float]) -> float:

@@ -125,6 +125,7 @@ class ContactPlanner(Planner[C]):
             return Command(velocity_mps=velocity, info=info)
         failed = controller.phase == "failed"
         self._memory.attempts.ended(name, observation, failed=failed)
+        self.policy.ended(controller.obstacle(observation), failed=failed)
         self._controller, self._stale = None, True
         self._recovery.restart(observation)
         return None

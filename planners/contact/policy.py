@@ -32,8 +32,8 @@ class PushPolicy(ABC, Generic[C]):
 
     Abstract are `crossing_cost`, `choose` and `limits`. In the order of an episode the
     loop calls `reset` once, or `next_day` on a further day of a mission; `observe` and
-    `learn` in each step; and when plans are stale `crossing_cost` for every obstacle,
-    then `choose`, then `limits`.
+    `learn` in each step; `ended` after a push; and when plans are stale `crossing_cost`
+    for every obstacle, then `choose`, then `limits`.
 
     Attributes:
         Config: Frozen dataclass of parameters; every field has a default.
@@ -106,6 +106,14 @@ class PushPolicy(ABC, Generic[C]):
         self._today.append(evidence)
         change_l1 = self.beliefs.learn(evidence)
         return self.belief_settings.calls_for_replanning(change_l1)
+
+    def ended(self, obstacle: SensedObstacle, *, failed: bool) -> None:
+        """Take in that a push is over, whether or not it left evidence.
+
+        Args:
+            obstacle: What was pushed, as it is seen now.
+            failed: Whether the robot did not get there, or nothing gave way.
+        """
 
     @abstractmethod
     def crossing_cost(

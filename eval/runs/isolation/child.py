@@ -20,6 +20,7 @@ from beacon_mj.eval.runs.overrides import built_ins, configure
 from beacon_mj.eval.runs.sandbox import Guarded, planner_class
 from beacon_mj.planners.base import Planner
 from beacon_mj.planners.oracle.truth import Oracle
+from beacon_mj.planners.routes.graph import RouteGraph
 from beacon_mj.process_limits import limit_memory
 
 #: Packages that hold the truth about a world, or make it from a seed.
@@ -93,12 +94,16 @@ class _Planner:
         self._door: Door | None = None
         self._guarded: Guarded | None = None
         self._picture = wire.Picture()
+        self._routes: RouteGraph | None = None
 
     def answer(self, request: wire.Request) -> wire.Reply:
         """Do what is asked; whatever the planner raises is an answer too."""
         try:
             if isinstance(request, wire.Describe):
                 return wire.Ready(request.serial, _configuration(request))
+            if isinstance(request, wire.Tell):
+                self._tell(request)
+                return wire.Ready(request.serial)
             if isinstance(request, wire.Reset):
                 self._reset(request)
                 return wire.Ready(request.serial)
@@ -114,10 +119,16 @@ class _Planner:
             text = str(error) if isinstance(error, BeaconError) else describe(error)
             return wire.Failed(request.serial, text, True)
 
+    def _tell(self, request: wire.Tell) -> None:
+        self._routes = request.routes
+        if self._door is not None:
+            self._door.tell(self._routes)
+
     def _reset(self, request: wire.Reset) -> None:
         self._picture = wire.Picture()
         self._guarded = Guarded(lambda: _build(request))
         self._door = Door(self._guarded, math.inf)
+        self._door.tell(self._routes)
         self._door.reset(request.task)
 
     def _next_day(self, request: wire.NextDay) -> None:

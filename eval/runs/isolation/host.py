@@ -20,6 +20,7 @@ from beacon_mj.episode.door import RESET_LIMITS, Remote
 from beacon_mj.errors import PlannerError
 from beacon_mj.eval.runs.isolation import wire
 from beacon_mj.interface import Command, Observation, Task
+from beacon_mj.planners.routes.graph import RouteGraph, RoutePlanner
 
 START_S = 120.0  #: Time for an interpreter to start and import this package [s].
 LOAD_S = 120.0  #: Time for a planner's file to be imported, to see what it is [s].
@@ -177,7 +178,7 @@ class Child:
             return None
 
 
-class Isolated(Remote):
+class Isolated(Remote, RoutePlanner):
     """Stands for a planner in a process of its own, which outlives its episodes.
 
     Attributes:
@@ -191,6 +192,13 @@ class Isolated(Remote):
         super().__init__({})
         self._child, self._who, self._limit_s = child, who, limit_s
         self.where = ""
+
+    def set_routes(self, routes: RouteGraph | None) -> None:
+        """Have the planner's process keep the route graph, if the scene has one."""
+        child = self._child
+        child.start()
+        request = wire.Tell(child.next_serial(), routes)
+        self._ask(request, "start of an episode", RESET_LIMITS * self._limit_s)
 
     def reset(self, task: Task) -> None:
         """Have the planner built and reset."""

@@ -26,6 +26,7 @@ from beacon_mj.interface import (
     SensedObstacle,
     Task,
 )
+from beacon_mj.planners.routes.graph import RouteGraph
 
 REPLY_MAX_B = 16 * 2**20  #: Largest reply [bytes]; a path of 10 000 points has 160 kB.
 _PART_B = 2**16
@@ -51,6 +52,13 @@ class Reset(NamedTuple):
     task: Task
 
 
+class Tell(NamedTuple):
+    """Keep the route graph of the scene that comes next, if it has one."""
+
+    serial: int
+    routes: RouteGraph | None
+
+
 class NextDay(NamedTuple):
     """Have the planner that was built go on with the next day of its mission."""
 
@@ -70,7 +78,7 @@ class Act(NamedTuple):
     evidence: list[tuple[Any, ...]]
 
 
-Request = Describe | Reset | NextDay | Act
+Request = Describe | Tell | Reset | NextDay | Act
 
 
 class Ready(msgspec.Struct, frozen=True, array_like=True, tag=0):

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.stats import binomtest, bootstrap, mannwhitneyu, trim_mean
+from scipy.stats import binomtest, bootstrap, mannwhitneyu, pearsonr, trim_mean
 
 from beacon_mj.eval.statistics.intervals import (
+    correlation_interval,
     holm,
     interquartile_mean,
     mcnemar,
@@ -235,3 +236,28 @@ def test_scipy_is_imported_only_when_used() -> None:
         "wilson_interval(1, 2); assert 'scipy.stats' not in sys.modules"
     )
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(4, 60))
+def test_a_correlation_is_scipys_with_fishers_interval(seed: int, n: int) -> None:
+    x, noise = np.random.default_rng(seed).normal(size=(2, n))
+    y = 0.6 * x + noise
+    theirs = pearsonr(x, y)
+    low, high = theirs.confidence_interval(0.95)
+    found = correlation_interval([*x], [*y])
+    assert found == pytest.approx((theirs.statistic, low, high), abs=1e-9)
+
+
+def test_a_correlation_of_too_little_is_none() -> None:
+    flat = correlation_interval([1.0, 2.0, 3.0, 4.0], [5.0] * 4)
+    assert all(math.isnan(value) for value in flat)
+    three = correlation_interval([1.0, 2.0, 3.0], [2.0, 1.0, 3.0])
+    assert three.estimate == pytest.approx(0.5)
+    assert math.isnan(three.low)
+    assert correlation_interval([1.0, 2.0, 3.0, 5.0], [2.0, 4.0, 6.0, 10.0]) == (
+        1,
+        1,
+        1,
+    )
+    with pytest.raises(ValueError, match="paired"):
+        correlation_interval([1.0], [])
