@@ -64,6 +64,7 @@ def run_episode(
     seed: int = 0,
     listeners: Sequence[Listener] = (),
     world: World | None = None,
+    oracle: bool | None = None,
 ) -> Trace:
     """Run one episode to its end.
 
@@ -75,6 +76,8 @@ def run_episode(
         seed: The planner's seed.
         listeners: Recorders and displays.
         world: A world of the same scene to reuse; it is reset first.
+        oracle: Whether the planner is told the truth, which the trace then says; by
+            default an `Oracle` is, and no other planner.
 
     Returns:
         The trace. A planner that fails, or a simulation that diverges, ends its
@@ -93,12 +96,13 @@ def run_episode(
         scene=scene,
         protocol=protocol,
         start_m=world.position_m,
+        oracle=isinstance(planner, Oracle) if oracle is None else oracle,
         first_sensed=tuple(o.id for o in observation.obstacles),
     )
     for listener in listeners:
         listener.begin(trace, world, observation)
     truth = None
-    if isinstance(planner, Oracle):
+    if trace.oracle:
         truth = truth_about(scene, protocol, run_episode)
     door = Door(planner, protocol.decision_limit_s)
     loop = _Loop(trace, door, world, sensor, listeners)

@@ -52,6 +52,7 @@ class Trace:
         scene: The whole truth about its world.
         protocol: How it was run.
         start_m: Recorded start, shape (2,) [m].
+        oracle: Whether the planner was told the truth about its world.
         first_sensed: Ids of obstacles sensed before the first step.
         steps: The control steps, in order.
         outcome: How it ended; None while it runs.
@@ -63,6 +64,7 @@ class Trace:
     scene: Scene
     protocol: Protocol
     start_m: Array
+    oracle: bool = False
     first_sensed: tuple[str, ...] = ()
     steps: list[StepRecord] = field(default_factory=list)
     outcome: Outcome | None = None

@@ -74,6 +74,7 @@ class _Rebuild:
             planner=log.planner,
             scene=log.scene,
             protocol=log.protocol,
+            oracle=log.config.get("oracle") == "true",
             start_m=_planar(start[1].position_m),
             first_sensed=tuple(start[1].newly_sensed),
         )

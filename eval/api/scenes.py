@@ -7,6 +7,7 @@ from pathlib import Path
 from rich.table import Table
 
 from beacon_mj.errors import RunError
+from beacon_mj.files import replacing
 from beacon_mj.rendering.tables import Listing, add_line, plain_table
 from beacon_mj.scene import Profile, Scene
 from beacon_mj.scene_gen.family import default_families, family_paths, load_family
@@ -162,7 +163,6 @@ def _write(scene: Scene, folder: Path) -> Path:
     stem = f"scene_{scene.index:04d}"
     texts = {".xml": scene_mjcf(scene).encode(), ".json": scene.to_json()}
     for suffix, text in texts.items():
-        part = folder / f"{stem}{suffix}.part"
-        part.write_bytes(text)
-        part.replace(folder / f"{stem}{suffix}")
+        with replacing(folder / f"{stem}{suffix}", RunError) as part:
+            part.write_bytes(text)
     return folder / f"{stem}.json"

@@ -24,6 +24,7 @@ from beacon_mj.eval.studies.regret_table import Regret
 from beacon_mj.eval.studies.sweep import FIRST_SEED, SweepRequest
 from beacon_mj.eval.studies.sweep_run import REQUEST, run_sweep
 from beacon_mj.eval.studies.sweep_table import Sweep
+from beacon_mj.files import replacing
 from beacon_mj.scene import Profile
 
 
@@ -100,7 +101,8 @@ def regret(
         for name, row in run_regret(runs, refs, count, single.handed):
             rows.append((name, row))
             update([row])
-    return Regret(single.entry.name, decompose(rows))
+    entry = single.entry
+    return Regret(entry.name, decompose(rows), oracle=entry.oracle)
 
 
 def ablate(
@@ -155,9 +157,10 @@ def ablate(
     count = workers or os.cpu_count() or 1
     with _kept(folder):
         effects = run_ablation(runs, refs, folder, count, progress, handed)
-    text = msgspec.json.format(msgspec.json.encode(effects)).decode()
-    (folder / "ablation.json").write_text(text + "\n", encoding="utf-8")
-    return Ablation(name, effects, folder)
+    text = msgspec.json.format(msgspec.json.encode(effects)) + b"\n"
+    with replacing(folder / "ablation.json", RunError) as part:
+        part.write_bytes(text)
+    return Ablation(name, effects, folder, oracle=single.entry.oracle)
 
 
 def sweep(

@@ -15,6 +15,7 @@ from beacon_mj.eval.runs.verify import (
     verify_logs,
 )
 from beacon_mj.eval.statistics.results import Results
+from beacon_mj.files import files_below
 from beacon_mj.recording.verify import Verification
 
 
@@ -123,7 +124,7 @@ def _remarks(folder: Path, paths: list[Path]) -> Iterator[str]:
         yield f"rows compared with {' and '.join(tables_of(run))} in {run}{lacking}"
     if not runs:
         yield "rows compared with no table: these logs lie in no run folder"
-    if parts := sum(1 for _ in folder.rglob("*.mcap.part")):
+    if parts := len(files_below(folder, ".mcap.part")):
         yield f"{parts} unfinished logs (*.mcap.part) were left out"
 
 

@@ -38,6 +38,7 @@ def measure(trace: Trace) -> Row:
     tried = belief_metrics.pushed(trace, known)
     return Row(
         planner=trace.planner,
+        oracle=trace.oracle,
         family=scene.family,
         scene_index=scene.index,
         scene_sha256=scene.sha256,

@@ -13,7 +13,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from beacon_mj.errors import printable
 from beacon_mj.eval.metrics.row import Row
+from beacon_mj.eval.statistics.oracles import marked, oracles, oracles_of
 from beacon_mj.eval.statistics.summary import OVERALL
 from beacon_mj.eval.studies.calibration import Reliability
 
@@ -60,6 +62,7 @@ def pareto(summary: dict[str, Any], column: str, label: str) -> str:
         label: Of its axis.
     """
     cells = {name: own[OVERALL] for name, own in summary["tables"].items()}
+    told = oracles_of(summary)
     points = {
         name: (c["mean"][column]["mean"], 100.0 * c["success"]["rate"])
         for name, c in cells.items()
@@ -76,7 +79,7 @@ def pareto(summary: dict[str, Any], column: str, label: str) -> str:
         up = [[y - 100.0 * won["low"]], [100.0 * won["high"] - y]]
         axes.errorbar(
             [x], [y], xerr=across, yerr=up, fmt=marker, color=colour, ms=7, lw=1,
-            label=name, mec="white", mew=0.5,
+            label=_label(name, told), mec="white", mew=0.5,
         )  # fmt: skip
     axes.set_ylim(-4, 104)
     _legend(figure, axes)
@@ -112,14 +115,14 @@ def peak_forces(rows: Sequence[Row]) -> str:
     figure, axes = _panel(
         "force F [N] (largest 10 ms mean of a contact)", "episodes above F [%]"
     )
-    names = [*dict.fromkeys(row.planner for row in rows)]
+    names, told = [*dict.fromkeys(row.planner for row in rows)], oracles(rows)
     for k, name in enumerate(names):
         own = np.sort([r.filtered_peak_force_n for r in rows if r.planner == name])
         above = 100.0 * (1.0 - np.arange(1, len(own) + 1) / len(own))
         colour, _ = _style(name, names)
         axes.step(
             [0.0, *own], [100.0, *above], where="post", color=colour, lw=1.6,
-            ls=_DASHES[k % len(_DASHES)], label=name,
+            ls=_DASHES[k % len(_DASHES)], label=_label(name, told),
         )  # fmt: skip
     axes.set_xscale("symlog", linthresh=1.0)
     axes.set_xlim(left=0.0)
@@ -142,6 +145,15 @@ def _style(name: str, names: Sequence[str]) -> tuple[str, str]:
     strangers = [other for other in names if other not in _KNOWN]
     place = strangers.index(name)
     return _STYLES[free[place % len(free)] if free else place % len(_STYLES)]
+
+
+def _label(planner: str, told: Sequence[str]) -> str:
+    """Return a planner's name in a legend, where `$` would begin a formula.
+
+    A label that begins with an underscore would be left out.
+    """
+    name = marked(printable(planner), planner in told).replace("$", r"\$")
+    return f" {name}" if name.startswith("_") else name
 
 
 def _panel(x: str, y: str) -> tuple[Figure, Axes]:

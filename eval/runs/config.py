@@ -13,6 +13,7 @@ from beacon_mj.episode.protocol import Protocol
 from beacon_mj.errors import RunError, unknown
 from beacon_mj.eval.runs.scene_cache import cached_scene
 from beacon_mj.eval.runs.shards import Shard, share
+from beacon_mj.files import files_below
 from beacon_mj.scene import Profile, Scene
 from beacon_mj.scene.files import load_scene
 from beacon_mj.scene_gen.family import (
@@ -38,6 +39,8 @@ class PlannerEntry(msgspec.Struct, frozen=True, kw_only=True):
         varied: Values by `planner.field` or `protocol.field` in which it differs from
             its variants: the columns `set.planner.field` of the rows.
         isolated: Whether it runs in a process of its own.
+        oracle: Whether it is told the truth about each world: a reference planner,
+            whatever its name, and marked as one in every row and table.
     """
 
     name: str
@@ -47,6 +50,7 @@ class PlannerEntry(msgspec.Struct, frozen=True, kw_only=True):
     protocol: Protocol | None = None
     varied: dict[str, str] = {}
     isolated: bool = False
+    oracle: bool = False
 
     @property
     def base(self) -> str:
@@ -135,7 +139,7 @@ def stored_scenes(
         SceneError: If a file is no valid scene.
     """
     found: dict[tuple[str, int], SceneRef] = {}
-    for path in sorted(folder.rglob("*.json")):
+    for path in files_below(folder, ".json"):
         scene = load_scene(path)
         key = scene.family, scene.index
         if key in found:

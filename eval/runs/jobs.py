@@ -15,6 +15,7 @@ from beacon_mj.eval.metrics.row import Row
 from beacon_mj.eval.runs.config import PlannerEntry, RunConfig, SceneRef, load_ref
 from beacon_mj.eval.runs.isolation.host import Isolated, Who, here, isolated
 from beacon_mj.eval.runs.lineup import Handed
+from beacon_mj.eval.runs.log_files import log_file
 from beacon_mj.eval.runs.overrides import configure
 from beacon_mj.eval.runs.sandbox import Guarded, planner_class
 from beacon_mj.planners.base import Planner
@@ -102,6 +103,7 @@ def lost_row(
             planner=planner,
             scene=scene,
             protocol=config.protocol_of(planner),
+            oracle=any(e.oracle for e in config.planners if e.name == planner),
             start_m=np.array(scene.start_m),
             outcome=outcome,
             detail=detail,
@@ -135,6 +137,7 @@ def _episode(
         seed=seed,
         listeners=[] if path is None else [_recorder(path, e, seed)],
         world=world,
+        oracle=e.oracle,
     )
     row = measure(trace)
     if path is not None and config.log == "failures" and row.clean_success:
@@ -170,7 +173,7 @@ def _log_path(
 ) -> Path | None:
     if folder is None or config.log == "none":
         return None
-    path = folder / "logs" / entry.name / f"{scene.name}.mcap"
+    path = log_file(folder, entry.name, scene.name)
     path.parent.mkdir(parents=True, exist_ok=True)
     return path
 

@@ -17,6 +17,7 @@ from beacon_mj.errors import RunError
 from beacon_mj.eval.metrics.row import Row
 from beacon_mj.eval.runs.config import RunConfig
 from beacon_mj.eval.runs.frame import frame
+from beacon_mj.files import file_name, replacing
 
 CONFIG, LINES, TABLE, SUMMARY = (
     "config.json",
@@ -90,10 +91,17 @@ class RunFolder:
     def append(self, rows: Iterable[Row]) -> None:
         """Add finished episodes; they are on disk when this returns."""
         text = b"".join(msgspec.json.encode(row) + b"\n" for row in rows)
-        with open(self.path / LINES, "ab") as file:
-            file.write(text)
-            file.flush()
-            os.fsync(file.fileno())
+        with open(self.path / LINES, "ab", buffering=0) as file:
+            before = file.seek(0, os.SEEK_END)
+            try:
+                left = memoryview(text)
+                while left:
+                    left = left[file.write(left) :]
+                os.fsync(file.fileno())
+            except OSError as error:
+                file.truncate(before)  # A full disk takes a part of a line.
+                why = f"{self.path}: cannot be written: {_why(error)}."
+                raise RunError(why) from error
 
     def discard(self) -> None:
         """Take back what `create` wrote, for a run that could not even begin."""
@@ -121,9 +129,8 @@ class RunFolder:
 
     def _write(self, name: str, data: bytes) -> None:
         """Write a file so that it is there whole or not at all."""
-        part = self.path / f"{name}.part"
-        part.write_bytes(data)
-        part.replace(self.path / name)
+        with replacing(self.path / name, RunError) as part:
+            part.write_bytes(data)
 
 
 def load_config(path: Path) -> RunConfig:
@@ -173,13 +180,14 @@ def write_table(
     rows: Sequence[Row], path: Path, config: RunConfig | None = None
 ) -> None:
     """Write rows as Parquet, in canonical order and with typed columns; see `frame`."""
-    part = path.with_name(f"{path.name}.part")
-    frame(rows, config).write_parquet(part)
-    part.replace(path)
+    # As a file: polars takes no path that is not UTF-8.
+    with replacing(path, RunError) as part, part.open("wb") as file:
+        frame(rows, config).write_parquet(file)
 
 
 def free_name(stem: str) -> Path:
     """Return the first of `runs/stem`, `runs/stem-2`, ... that does not exist."""
+    stem = file_name(stem)
     path, number = Path("runs") / stem, 1
     while path.exists():
         number += 1

@@ -12,11 +12,11 @@ from beacon_mj.planners.oracle.truth import Oracle, Truth
 from beacon_mj.planners.registry import load_planner
 
 
-class Guarded(Oracle):
+class Guarded(Planner):
     """Builds a planner in `reset`, so that a failing constructor costs an episode too.
 
-    The truth about a world is passed on to oracles and to no other planner.
-
+    The truth about a world is passed on where the episode gives it, that is for a
+    planner that its run's configuration calls an oracle, and for no other one.
     """
 
     Config: ClassVar[type[Any]] = dict
@@ -27,16 +27,17 @@ class Guarded(Oracle):
         self._build = build
         self._planner: Planner | None = None
         self._raised = ""
+        self._truth: Truth | None = None
 
     def set_truth(self, truth: Truth) -> None:
-        """Keep the truth until it is known who asks."""
+        """Keep the truth until the planner is there."""
         self._truth = truth
 
     def reset(self, task: Task) -> None:
         """Build the planner and reset it."""
         try:
             planner = self._planner = self._build()
-            if isinstance(planner, Oracle):
+            if self._truth is not None and isinstance(planner, Oracle):
                 planner.set_truth(self._truth)
             planner.reset(task)
         except BaseException as error:

@@ -12,9 +12,11 @@ from beacon_mj.constants import WALL_CLOCK_COLUMNS
 from beacon_mj.errors import BeaconError, LogError, RunError
 from beacon_mj.eval.metrics.measure import measure
 from beacon_mj.eval.runs.frame import varied_settings
+from beacon_mj.eval.runs.log_files import log_file
 from beacon_mj.eval.runs.run_folder import LINES, TABLE, load_config, load_rows
 from beacon_mj.eval.runs.variants import text_of
 from beacon_mj.eval.runs.worker_process import in_folder, prepare_worker
+from beacon_mj.files import files_below
 from beacon_mj.recording.verify import Verification, verify
 
 Key = tuple[str, str, int]
@@ -27,7 +29,7 @@ def logs_below(folder: Path) -> list[Path]:
     Raises:
         RunError: If there is none.
     """
-    found = sorted(folder.rglob("*.mcap"))
+    found = files_below(folder, ".mcap")
     if not found:
         raise RunError(f"{folder}: expected a folder with logs (*.mcap).")
     return found
@@ -128,8 +130,8 @@ def verify_logs(paths: Sequence[Path], workers: int = 1) -> Iterator[Verificatio
 
 def missing_logs(run: Path) -> int:
     """Return how many rows of a run have no finished log."""
-    names = ((row.planner, f"{row.scene_name}.mcap") for row in load_rows(run))
-    return sum(not run.joinpath("logs", *name).is_file() for name in names)
+    logs = (log_file(run, row.planner, row.scene_name) for row in load_rows(run))
+    return sum(not log.is_file() for log in logs)
 
 
 def _only(path: Path, tables: Mapping[str, Rows]) -> dict[str, Rows]:
@@ -138,7 +140,8 @@ def _only(path: Path, tables: Mapping[str, Rows]) -> dict[str, Rows]:
         name: {
             key: row
             for key, row in rows.items()
-            if (key[0], f"{key[1]}_{key[2]:04d}") == (path.parent.name, path.stem)
+            if log_file(Path(), key[0], f"{key[1]}_{key[2]:04d}").parts[-2:]
+            == path.parts[-2:]
         }
         for name, rows in tables.items()
     }
@@ -188,7 +191,8 @@ def _read_table(path: Path) -> list[dict[str, Any]]:
     import polars as pl
 
     try:
-        return pl.read_parquet(path).to_dicts()
+        with path.open("rb") as file:  # Polars takes no path that is not UTF-8.
+            return pl.read_parquet(file).to_dicts()
     except (pl.exceptions.PolarsError, OSError) as error:
         why = " ".join(str(error).split())
         raise RunError(f"{path}: cannot be read as Parquet: {why}.") from error

@@ -15,6 +15,7 @@ from beacon_mj.episode.trace import Outcome
 from beacon_mj.eval.metrics.row import Row, rows_sha256
 from beacon_mj.eval.statistics.bootstrap import bca_intervals
 from beacon_mj.eval.statistics.intervals import wilson_interval
+from beacon_mj.eval.statistics.oracles import oracles
 
 OVERALL = "overall"
 OUTCOMES: tuple[str, ...] = get_args(Outcome)
@@ -59,6 +60,8 @@ Summary = dict[str, Any]
 def summarize(rows: Sequence[Row]) -> Summary:
     """Return all tables: `tables[planner][family or "overall"]` is one entry.
 
+    `oracles` names the planners that were told the truth.
+
     Args:
         rows: Rows of a run, in any order.
     """
@@ -67,6 +70,7 @@ def summarize(rows: Sequence[Row]) -> Summary:
     return {
         "episodes": len(ordered),
         "rows_sha256": rows_sha256(ordered),
+        "oracles": oracles(ordered),
         "tables": {
             p: _planner([r for r in ordered if r.planner == p]) for p in planners
         },

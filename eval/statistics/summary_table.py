@@ -5,6 +5,7 @@ from typing import Any
 
 from rich.table import Table
 
+from beacon_mj.eval.statistics.oracles import NOTE, marked, oracles_of
 from beacon_mj.eval.statistics.summary import OUTCOMES, OVERALL
 from beacon_mj.rendering.tables import Tabular, add_line, plain_table
 
@@ -35,14 +36,15 @@ class SummaryTable(Tabular):
 
     def tables(self) -> Sequence[Table | str]:
         """Return a table a family, and one of the outcomes."""
-        cells = self.summary["tables"]
+        cells, told = self.summary["tables"], oracles_of(self.summary)
         families = dict.fromkeys(f for own in cells.values() for f in own)
         if len(families) == 2:  # One family: overall would say the same again.
             del families[OVERALL]
         parts: list[Table | str] = []
         for family in families:
-            parts += [_results(family, cells), ""]
-        return [*parts, _outcomes(cells), LEGEND]
+            parts += [_results(family, cells, told), ""]
+        parts += [_outcomes(cells, told), LEGEND]
+        return [*parts, NOTE] if told else parts
 
 
 def _table(title: str) -> Table:
@@ -51,7 +53,7 @@ def _table(title: str) -> Table:
     return table
 
 
-def _results(family: str, tables: dict[str, Any]) -> Table:
+def _results(family: str, tables: dict[str, Any], told: Sequence[str]) -> Table:
     """Return one table: a line a planner."""
     n = max(cells[family]["n"] for cells in tables.values() if family in cells)
     table = _table(f"{family}, {n} scenes")
@@ -59,7 +61,7 @@ def _results(family: str, tables: dict[str, Any]) -> Table:
         table.add_column(name, justify="right", no_wrap=True)
     for planner, cells in tables.items():
         if family in cells:
-            add_line(table, _label(planner), *_numbers(cells[family]))
+            add_line(table, _label(planner, told), *_numbers(cells[family]))
     return table
 
 
@@ -78,7 +80,7 @@ def _numbers(cell: dict[str, Any]) -> list[str]:
     ]
 
 
-def _outcomes(tables: dict[str, Any]) -> Table:
+def _outcomes(tables: dict[str, Any], told: Sequence[str]) -> Table:
     """Return how the episodes of each planner ended, in counts."""
     total = {p: cells[OVERALL]["outcomes"] for p, cells in tables.items()}
     used = [o for o in OUTCOMES if any(counts[o] for counts in total.values())]
@@ -86,15 +88,16 @@ def _outcomes(tables: dict[str, Any]) -> Table:
     for outcome in used:
         table.add_column(outcome.replace("_", "\n"), justify="right")
     for planner, counts in total.items():
-        add_line(table, _label(planner), *(str(counts[o]) for o in used))
+        add_line(table, _label(planner, told), *(str(counts[o]) for o in used))
     return table
 
 
-def _label(planner: str) -> str:
+def _label(planner: str, told: Sequence[str]) -> str:
     """Return a planner's name, with the settings of a variant on their own lines."""
     name, bracket, settings = planner.partition("[")
     lines = settings.removesuffix("]").replace("protocol.", "").split(",")
-    return "\n ".join([name, *lines]) if bracket else planner
+    shown = marked(name, planner in told)
+    return "\n ".join([shown, *lines]) if bracket else shown
 
 
 def _percent(share: float | None) -> str:

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from rich.table import Table
 
+from beacon_mj.eval.statistics.oracles import NOTE, marked
 from beacon_mj.eval.studies.ablation import Effect
 from beacon_mj.rendering.tables import Tabular, add_line, plain_table
 
@@ -20,13 +21,22 @@ class Ablation(Tabular):
 
     Attributes:
         planner: Its name.
+        oracle: Whether it is told the truth about each world.
         effects: One a variant, situation and family.
         folder: Where the runs are, and `ablation.json`.
     """
 
-    def __init__(self, planner: str, effects: Sequence[Effect], folder: Path) -> None:
+    def __init__(
+        self,
+        planner: str,
+        effects: Sequence[Effect],
+        folder: Path,
+        *,
+        oracle: bool = False,
+    ) -> None:
         """Hold the effects; see `beacon_mj.ablate`, which measures them."""
         self.planner = planner
+        self.oracle = oracle
         self.effects = tuple(effects)
         self.folder = folder
 
@@ -34,11 +44,14 @@ class Ablation(Tabular):
         """Return a table a family."""
         families = [*dict.fromkeys(effect.family for effect in self.effects)]
         shown = families[1:] if len(families) == 2 else families
-        return [*(self._table(family) for family in shown), LEGEND]
+        notes = [LEGEND, NOTE] if self.oracle else [LEGEND]
+        return [*(self._table(family) for family in shown), *notes]
 
     def _table(self, family: str) -> Table:
         own = [effect for effect in self.effects if effect.family == family]
-        table = plain_table(f"{self.planner}, {family}: {own[0].scenes} scenes")
+        table = plain_table(
+            f"{marked(self.planner, self.oracle)}, {family}: {own[0].scenes} scenes"
+        )
         table.add_column("", no_wrap=True)
         for heading in ("ok", "clean", "steps", "path m"):
             table.add_column(heading, justify="right", no_wrap=True)
