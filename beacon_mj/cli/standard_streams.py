@@ -46,7 +46,8 @@ def results_on_stdout() -> Iterator[TextIO]:
     Raises:
         OSError: If the results could not be written, at the latest at the end.
     """
-    if sys.stdout is sys.__stdout__ and _is_descriptor(sys.stdout, 1):
+    own = sys.stdout is sys.__stdout__
+    if own and _is_descriptor(sys.stdout, 1):
         with _own_descriptor() as stream, _told(stream):
             yield stream
         return

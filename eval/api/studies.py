@@ -1,7 +1,6 @@
 """Studies of many runs: certification, regret, ablations, sweeps."""
 
 import contextlib
-import os
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -14,6 +13,7 @@ from beacon_mj.eval.runs.lineup import PlannerChoice
 from beacon_mj.eval.runs.progress import Progress, quiet
 from beacon_mj.eval.runs.run_folder import free_name
 from beacon_mj.eval.runs.variants import Values, VaryValues, texts_of, vary_texts
+from beacon_mj.eval.runs.worker_process import usable_cores
 from beacon_mj.eval.studies.ablation import ablation_runs, run_ablation
 from beacon_mj.eval.studies.ablation_table import Ablation
 from beacon_mj.eval.studies.certify import certification, certify_scenes
@@ -43,7 +43,7 @@ def certify(
     Args:
         scene_dir: Folder of scenes (*.json), such as `generate_scenes` writes.
         settings: Values by `clairvoyant.field` or `protocol.field`; see `evaluate`.
-        workers: Processes; by default one per core.
+        workers: Processes; by default one per usable core.
         progress: Shows what is done; see `evaluate`.
 
     Raises:
@@ -83,7 +83,7 @@ def regret(
         seed: Seed of scenes, perception and planners.
         perception: Profile of the uncertain classes.
         templates: Folder of your own family templates.
-        workers: Processes; by default one per core.
+        workers: Processes; by default one per usable core.
         progress: Shows what is done; see `evaluate`.
 
     Raises:
@@ -129,7 +129,7 @@ def ablate(
         scenes_per_family: How many.
         seed: Seed of scenes, perception and planners.
         templates: Folder of your own family templates.
-        workers: Processes; by default one per core.
+        workers: Processes; by default one per usable core.
         out: Folder; by default a new one below `runs/`. A folder of the same options is
             gone on with.
         progress: Shows what is done; see `evaluate`.
@@ -154,7 +154,7 @@ def ablate(
         for entry in next(iter(runs.values())).planners
         if single.handed
     }
-    count = workers or os.cpu_count() or 1
+    count = workers or usable_cores()
     with _kept(folder):
         effects = run_ablation(runs, refs, folder, count, progress, handed)
     text = msgspec.json.format(msgspec.json.encode(effects)) + b"\n"
@@ -198,7 +198,7 @@ def sweep(
         select_seed: Seed of the scenes that select, >= 1000.
         seed: Seed of the scenes that the report is on.
         perception: Profile.
-        workers: Processes; by default one per core.
+        workers: Processes; by default one per usable core.
         out: Folder; by default a new one below `runs/`.
         resume: Go on with the sweep in `out`, with the same options.
         progress: Shows what is done; see `evaluate`.
@@ -225,7 +225,7 @@ def sweep(
         raise RunError(f"{path}: holds a sweep. Use --resume, or another --out.")
     folder = path or free_name(f"sweep-{planner.rpartition(':')[2]}")
     with _kept(folder):
-        count = workers or os.cpu_count() or 1
+        count = workers or usable_cores()
         result = run_sweep(request, folder, count, progress)
     return Sweep(result, folder)
 
@@ -245,4 +245,4 @@ def _kept(folder: Path) -> Iterator[None]:
 
 
 def _count(workers: int | None, jobs: int) -> int:
-    return min(workers or os.cpu_count() or 1, jobs)
+    return min(workers or usable_cores(), jobs)

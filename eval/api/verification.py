@@ -1,6 +1,5 @@
 """Verifying a log, or every log of a run."""
 
-import os
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +13,7 @@ from beacon_mj.eval.runs.verify import (
     verify_log,
     verify_logs,
 )
+from beacon_mj.eval.runs.worker_process import usable_cores
 from beacon_mj.eval.statistics.results import Results
 from beacon_mj.files import files_below
 from beacon_mj.recording.verify import Verification
@@ -80,7 +80,7 @@ def verify(
 
     Args:
         target: A log, a folder with logs below it, or results.
-        workers: Processes; by default one per core.
+        workers: Processes; by default one per usable core.
         on_log: Told what came of each log as it is done, in any order, and how many
             logs there are.
 
@@ -93,7 +93,7 @@ def verify(
     if not path.is_dir():
         return _verified_log(path, on_log)
     paths = logs_below(path)
-    count = min(workers or os.cpu_count() or 1, len(paths))
+    count = min(workers or usable_cores(), len(paths))
     found = []
     for each in verify_logs(paths, count):
         found.append(each)
