@@ -49,11 +49,18 @@ class RunFolder:
                 "Use --resume to go on with its run, or another --out."
             )
         self._machines = config.machines or (_here(),)
+        noted = msgspec.structs.replace(config, machines=self._machines)
+        try:
+            text = _pretty(noted)
+        except UnicodeEncodeError as error:
+            raise RunError(
+                f"Expected options that {CONFIG} can hold, as UTF-8, but one was "
+                f"{error.object!r}."
+            ) from error
         try:
             self.path.mkdir(parents=True, exist_ok=True)
             (self.path / LINES).touch()
-            noted = msgspec.structs.replace(config, machines=self._machines)
-            self._write(CONFIG, _pretty(noted))
+            self._write(CONFIG, text)
         except OSError as error:
             raise RunError(f"{self.path}: cannot be written: {_why(error)}.") from error
 

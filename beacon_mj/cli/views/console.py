@@ -16,11 +16,19 @@ from beacon_mj.errors import printable
 from beacon_mj.rendering.tables import WIDTH, Tabular, write
 
 
+class _Console(Console):
+    """A console that leaves it to the command line what a broken pipe means."""
+
+    def on_broken_pipe(self) -> None:
+        """Raise the `BrokenPipeError` that is being handled, and end nothing."""
+        raise
+
+
 def show(result: Tabular) -> None:
     """Print a result: on a terminal as wide as it is, in a pipe 80 columns wide."""
-    console = Console(file=results(), highlight=False)
+    console = _Console(file=results(), highlight=False)
     if not console.is_terminal or console.width < WIDTH:
-        console = Console(file=results(), highlight=False, width=WIDTH)
+        console = _Console(file=results(), highlight=False, width=WIDTH)
     write(console, result)
 
 
