@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from beacon_mj.eval.api.studies import certify as certify
     from beacon_mj.eval.api.studies import regret as regret
     from beacon_mj.eval.api.studies import sweep as sweep
+    from beacon_mj.eval.api.verification import bundle as bundle
     from beacon_mj.eval.api.verification import verify as verify
     from beacon_mj.eval.metrics.measure import measure as measure
     from beacon_mj.eval.statistics.results import Results as Results
@@ -88,6 +89,7 @@ _HOME = {
     "Trace": "beacon_mj.episode.trace",
     "World": "beacon_mj.world",
     "ablate": "beacon_mj.eval.api.studies",
+    "bundle": "beacon_mj.eval.api.verification",
     "certify": "beacon_mj.eval.api.studies",
     "check_planner": "beacon_mj.episode.conformance",
     "check_scene": "beacon_mj.scene.checks",

@@ -25,9 +25,9 @@ class BeaconKinds(ContactPlanner[BeaconKindsConfig]):
     """BEACON with one change: what a push tells, it tells of the obstacle's whole kind.
 
     The paper's belief is per obstacle, so that it cannot learn across obstacles. Here
-    an obstacle has the class of its kind with probability `belief.reliability`, and
-    beliefs are exact posteriors of that model (`beacon_mj.planners.contact.sharing`).
-    Where obstacles have no kinds, it is BEACON.
+    an obstacle has the class of its kind with one of the probabilities of
+    `belief.reliability`, and beliefs are exact posteriors of that model
+    (`beacon_mj.planners.contact.kinds`). Where obstacles have no kinds, it is BEACON.
     """
 
     Policy = BeaconKindsPolicy

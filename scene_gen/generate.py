@@ -7,8 +7,8 @@ import numpy as np
 
 from beacon_mj.errors import GenerationError, SceneError, unknown
 from beacon_mj.scene import Certificate, Obstacle, Profile, Scene
+from beacon_mj.scene.certificates import certify
 from beacon_mj.scene.checks import check_scene
-from beacon_mj.scene_gen.certificates import certify
 from beacon_mj.scene_gen.family import Family, load_family
 from beacon_mj.scene_gen.layouts import Layout, NoRoomError
 from beacon_mj.scene_gen.learning.generate import generate_learning_scene

@@ -5,6 +5,7 @@ from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 
 from beacon_mj.errors import TemplateError
+from beacon_mj.source_files import local_sources
 
 FILE = "layouts.py"  #: Of a template folder.
 GROUP = "beacon_mj.layouts"  #: Entry points of packages that bring layouts.
@@ -24,20 +25,33 @@ def layout_entry_point(name: str) -> EntryPoint | None:
 def layout_source(folder: Path, name: str) -> list[bytes]:
     """Return what stands for a layout's source in the hash of a family.
 
-    This is the folder's `layouts.py`, else the module of an entry point; nothing for a
-    layout that is neither: the shipped ones are part of the generator's own source.
+    This is the folder's `layouts.py` and the modules beside it that it imports, else
+    the module of an entry point; nothing for a layout that is neither: the shipped ones
+    are part of the generator's own source.
 
     Raises:
         TemplateError: If the source cannot be read.
     """
     path = layout_file(folder)
     if path is not None:
-        return [FILE.encode(), read_source(path)]
+        return [FILE.encode(), read_source(path), *_imported_by(path)]
     found = layout_entry_point(name)
     if found is None:
         return []
     source = module_file(found)
     return [found.value.encode(), b"" if source is None else read_source(source)]
+
+
+def _imported_by(path: Path) -> list[bytes]:
+    """Return name and content of each local module that a file of layouts imports."""
+    try:
+        found = local_sources(path)
+    except OSError as error:
+        raise TemplateError(
+            f"{path}: cannot read a module that it imports: {error.strerror}"
+        ) from error
+    del found[path.name]
+    return [part for name, data in found.items() for part in (name.encode(), data)]
 
 
 def read_source(path: Path) -> bytes:

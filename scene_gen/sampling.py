@@ -8,8 +8,8 @@ import numpy as np
 from beacon_mj.constants import CLASSES, GRAVITY, InteractionClass
 from beacon_mj.errors import GenerationError
 from beacon_mj.scene import Obstacle, Perceived, Robot
+from beacon_mj.scene.certificates import DOOR_FORCE_SHARE
 from beacon_mj.scene.shapes import Capsule, Shape, Sphere
-from beacon_mj.scene_gen.certificates import DOOR_FORCE_SHARE
 from beacon_mj.scene_gen.family import Family
 from beacon_mj.scene_gen.prototypes import DECIMALS
 from beacon_mj.scene_gen.rooms import Bounds, workspace_m

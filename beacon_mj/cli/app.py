@@ -55,7 +55,11 @@ COMMANDS = {
     ),
     "verify": (
         "beacon_mj.cli.verify:verify",
-        "Simulate logged episodes again, and compare.",
+        "Check what a log, a run or a bundle claims, by making it again.",
+    ),
+    "bundle": (
+        "beacon_mj.cli.bundle:bundle",
+        "Write a finished run as one file that verify takes.",
     ),
     "plot": (
         "beacon_mj.cli.plot:plot",

@@ -23,6 +23,13 @@ def compare(
         options.Flag,
         Parameter(help="Compare on the scenes that both have, instead of refusing."),
     ] = False,
+    allow_differences: Annotated[
+        options.Flag,
+        Parameter(
+            help="Compare runs of another protocol, or of other files of a planner or "
+            "family of one name, instead of refusing."
+        ),
+    ] = False,
     fail_if: Annotated[
         tuple[str, ...],
         Parameter(
@@ -46,7 +53,13 @@ def compare(
     import beacon_mj
     from beacon_mj.cli.views.console import remark, show, show_json
 
-    found = beacon_mj.compare(*runs, baseline=baseline, common=common, fail_if=fail_if)
+    found = beacon_mj.compare(
+        *runs,
+        baseline=baseline,
+        common=common,
+        allow_differences=allow_differences,
+        fail_if=fail_if,
+    )
     remark(*(f"note: {line}" for line in found.remarks))
     if json:
         show_json({"comparisons": [*found], "failed": found.violations})

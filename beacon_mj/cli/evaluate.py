@@ -62,6 +62,7 @@ def evaluate(
             help="Go on with the run in --out; without --planner, with its options."
         ),
     ] = False,
+    trust_code: options.TrustCode = False,
     isolate: Annotated[
         bool | None,
         Parameter(
@@ -99,6 +100,7 @@ def evaluate(
         isolate=isolate,
         log=log,
         resume=resume,
+        trust_code=trust_code,
         progress=beacon_mj.show_progress,
     )
     remark(*results.failures())

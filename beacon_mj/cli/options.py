@@ -90,4 +90,11 @@ Workers = Annotated[
     ),
 ]
 Flag = Annotated[bool, Parameter(negative=(), show_default=False)]
+TrustCode = Annotated[
+    Flag,
+    Parameter(
+        help="Run the Python files that only the run folder or bundle names: planners "
+        "and layouts, which may be a stranger's."
+    ),
+]
 Json = Annotated[Flag, Parameter(help="Print the result as JSON on stdout.")]

@@ -68,12 +68,21 @@ class Grid:
 
     def disc(self, point: Array, radius_m: float) -> Cells:
         """Cells whose centres lie within `radius_m` of `point`, nearest first."""
+        cells, distance = self._around(point, radius_m)
+        order = np.argsort(distance, kind="stable")
+        return np.asarray(cells[order[: np.count_nonzero(distance <= radius_m)]])
+
+    def within(self, point: Array, radius_m: float) -> Cells:
+        """The same cells as `disc`, in the order of the grid: sorting takes time."""
+        cells, distance = self._around(point, radius_m)
+        return np.asarray(cells[distance <= radius_m])
+
+    def _around(self, point: Array, radius_m: float) -> tuple[Cells, Array]:
+        """Cells of the square about a disc, and how far their centres are (m,) [m]."""
         r0, r1, c0, c1 = self.window(point - radius_m, point + radius_m)
         rows, cols = np.mgrid[r0:r1, c0:c1]
         cells = (rows * self.cols + cols).ravel()
-        distance = norms(self.centres(cells) - point)
-        order = np.argsort(distance, kind="stable")
-        return np.asarray(cells[order[: np.count_nonzero(distance <= radius_m)]])
+        return cells, norms(self.centres(cells) - point)
 
     def window(self, low: Array, high: Array) -> tuple[int, int, int, int]:
         """Rows [r0, r1) and columns [c0, c1) that cover a box between two corners."""

@@ -8,37 +8,33 @@ reasons, whether it gave up or failed, is taken from the log.
 """
 
 import tempfile
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
 import msgspec
-from mcap.records import Attachment, Channel, McapRecord, Message, Metadata
 
 from beacon_mj.episode.run import run_episode
 from beacon_mj.episode.trace import StepRecord, Trace
-from beacon_mj.errors import LogError
+from beacon_mj.errors import LogError, SceneError
 from beacon_mj.interface import Command, Observation, PlannerInfo, Task
 from beacon_mj.planners.base import Planner
 from beacon_mj.recording import provenance
-from beacon_mj.recording.container import Container
-from beacon_mj.recording.drawing import NS
-from beacon_mj.recording.messages import message
+from beacon_mj.recording.differences import first_difference
+from beacon_mj.recording.machine import machine
 from beacon_mj.recording.reader import Log, read_log
 from beacon_mj.recording.rebuild import rebuild_trace
 from beacon_mj.recording.recorder import Recorder
-from beacon_mj.recording.schemas import TOPICS
+from beacon_mj.recording.tolerance import TOLERANCE_M, state_problem
+from beacon_mj.scene.recertify import first_lie, proved_certificate
 from beacon_mj.scene_gen.mjcf import scene_mjcf
 from beacon_mj.world import World
 
 RowOf = Callable[[Trace], Mapping[str, Any]]
 #: Outcomes that are acts of the planner, or of a step that left no record.
 _UNREPEATABLE = ("planner_error", "simulation_error")
-_ENGINE = ("mujoco", "machine")
-#: Metadata that may differ between equal recordings: who recorded, and where.
-_RECORDER = ("versions", "machine")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -51,6 +47,10 @@ class Verification:
         row_checked: Whether the stored row was computed again as well.
         row: The row that is stored in the log, if there is one and the log is sound.
         problem: Where the log first differs, in one line; None if it proves itself.
+        config: What the log says it was run with.
+        versions: And with which versions.
+        tolerance_m: How far positions may differ where another kind of machine
+            recorded it; 0 where everything must be equal bit for bit [m].
     """
 
     path: Path
@@ -58,6 +58,9 @@ class Verification:
     row_checked: bool
     row: dict[str, Any] | None
     problem: str | None
+    config: Mapping[str, str] = field(default_factory=dict)
+    versions: Mapping[str, str] = field(default_factory=dict)
+    tolerance_m: float = 0.0
 
     @property
     def ok(self) -> bool:
@@ -76,7 +79,8 @@ def verify(path: str | Path, row: RowOf | None = None) -> Verification:
     path = Path(path)
     try:
         log = read_log(path)
-        problem = _unfit(log) or _first_difference(log, row)
+        exact = is_exact(log)
+        problem = _unfit(log) or _first_difference(log, row, exact)
     except LogError as error:
         return Verification(
             path=path, steps=0, row_checked=False, row=None, problem=str(error)
@@ -88,7 +92,21 @@ def verify(path: str | Path, row: RowOf | None = None) -> Verification:
         row_checked=checked,
         row=None if problem else log.row,
         problem=problem,
+        config=log.config,
+        versions=log.versions,
+        tolerance_m=0.0 if exact else TOLERANCE_M,
     )
+
+
+def is_exact(log: Log) -> bool:
+    """Whether a log was recorded on this kind of machine, where bits are equal.
+
+    That is one of this processor's kind, and with glibc if this one has it.
+    """
+    if log.versions.get("machine") != provenance.log_versions()["machine"]:
+        return False
+    libcs = [found.get("libc", "").split(" ")[0] for found in (log.machine, machine())]
+    return libcs[0] in ("", libcs[1])
 
 
 def _unfit(log: Log) -> str | None:
@@ -96,12 +114,17 @@ def _unfit(log: Log) -> str | None:
     if not log.finished:
         return f"{log.path}: unfinished: it broke off and has no result."
     here = provenance.log_versions()
-    for name in _ENGINE:
-        if log.versions.get(name) != here[name]:
-            return (
-                f"{log.path}: recorded with {name} {log.versions.get(name)} but this "
-                f"is {name} {here[name]}: states need not be equal bit for bit."
-            )
+    if log.versions.get("mujoco") != here["mujoco"]:
+        return (
+            f"{log.path}: recorded with mujoco {log.versions.get('mujoco')} but this "
+            f"is mujoco {here['mujoco']}: states need not be equal bit for bit."
+        )
+    try:
+        lie = first_lie(log.scene.certificate, proved_certificate(log.scene))
+    except SceneError as error:
+        lie = str(error)
+    if lie is not None:
+        return f"{log.path}: its scene: {lie}."
     regenerated = scene_mjcf(log.scene, log.protocol.timestep_s)
     if log.mjcf != regenerated:
         pairs = zip_longest(log.mjcf.splitlines(), regenerated.splitlines())
@@ -113,21 +136,19 @@ def _unfit(log: Log) -> str | None:
     return None
 
 
-def _first_difference(log: Log, row: RowOf | None) -> str | None:
+def _first_difference(log: Log, row: RowOf | None, exact: bool) -> str | None:
     """Record the episode again; return where the recordings first differ."""
     with tempfile.TemporaryDirectory(prefix="beacon-mj-") as folder:
         again = Path(folder) / "again.mcap"
         trace = rebuild_trace(log)
-        _repeat(log, trace, again, row)
-        pairs = zip_longest(_essence(log.path, row), _essence(again, row))
-        for logged, simulated in pairs:
-            if logged != simulated:
-                return f"{log.path}: {_difference(logged, simulated)}"
-    return None
+        repeated = _repeat(log, trace, again, row)
+        if exact:
+            return first_difference(log.path, again, rows=row is not None)
+    return state_problem(log, trace, repeated, row)
 
 
-def _repeat(log: Log, trace: Trace, again: Path, row: RowOf | None) -> None:
-    """Run the logged commands and record what happens."""
+def _repeat(log: Log, trace: Trace, again: Path, row: RowOf | None) -> Trace:
+    """Run the logged commands, record what happens, and return it."""
     config = log.config.get("planner_config", "null")
     seed = log.config.get("planner_seed", "")
     if not seed.isdecimal():
@@ -135,7 +156,7 @@ def _repeat(log: Log, trace: Trace, again: Path, row: RowOf | None) -> None:
     recorder = Recorder(
         again, planner_config=msgspec.Raw(config.encode()), seed=int(seed), row=row
     )
-    run_episode(
+    return run_episode(
         trace.scene,
         _Script(trace),
         name=trace.planner,
@@ -189,90 +210,3 @@ class _AdoptEnd:
         """Adopt the logged end where the commands ran out before one."""
         if trace.outcome == "planner_error" and self._logged.outcome in _UNREPEATABLE:
             trace.outcome, trace.detail = self._logged.outcome, self._logged.detail
-
-
-Essence = tuple[str, int, Any]
-
-
-def _essence(path: Path, row: RowOf | None) -> Iterator[Essence]:
-    """Yield (kind or topic, time [ns], content) of all that must be equal.
-
-    Messages come in their order, then attachments and metadata in the order of names,
-    for where those stand between chunks is no matter of content.
-    """
-    topics: dict[int, str] = {}
-    fixed: list[Essence] = []
-    for record in Container(path).records():
-        if isinstance(record, Channel):
-            topics[record.id] = record.topic
-        elif isinstance(record, Message):
-            yield topics.get(record.channel_id, "?"), record.log_time, record.data
-        else:
-            fixed += _fixed(record, row)
-    yield from sorted(fixed, key=lambda entry: entry[0])
-
-
-def _fixed(record: McapRecord, row: RowOf | None) -> Iterator[Essence]:
-    """Yield attachments and metadata; versions may differ, and so may no row."""
-    if isinstance(record, Attachment):
-        yield f"attachment {record.name}", 0, record.data
-    elif isinstance(record, Metadata) and record.name not in _RECORDER:
-        data = dict(record.metadata)
-        if row is None:
-            data.pop("row", None)
-        yield f"metadata {record.name}", 0, data
-
-
-def _difference(logged: Essence | None, simulated: Essence | None) -> str:
-    """Say in one line how two entries differ."""
-    if logged is None or simulated is None:
-        there = logged or simulated
-        assert there is not None
-        where = "the log" if simulated is None else "the simulation"
-        return f"only {where} goes on, with {there[0]} at {there[1] / NS:.1f} s."
-    name, time_ns, content = logged
-    if (name, time_ns) != simulated[:2]:
-        return (
-            f"at {time_ns / NS:.1f} s the log has {name} where the simulation has "
-            f"{simulated[0]} at {simulated[1] / NS:.1f} s."
-        )
-    where = f"{name} at {time_ns / NS:.1f} s" if name in TOPICS else name
-    before, after = _flat(name, content), _flat(name, simulated[2])
-    for key in [*before, *after]:
-        if before.get(key) != after.get(key):
-            return (
-                f"{where}: {key} is {before.get(key)!r} in the "
-                f"log but {after.get(key)!r} in the simulation."
-            )
-    return f"{where}: encoded differently."
-
-
-def _flat(name: str, content: Any) -> dict[str, Any]:
-    """Return the named values in an entry."""
-    if name in TOPICS:
-        return dict(_fields("", message(TOPICS[name]).FromString(content)))
-    if isinstance(content, bytes):
-        return {"content": f"{len(content)} bytes"}
-    out = dict(content)
-    try:
-        row = msgspec.json.decode(out.get("row", "{}"), type=dict[str, Any])
-    except msgspec.DecodeError:
-        return out
-    out.pop("row", None)
-    return out | {f"row.{column}": value for column, value in row.items()}
-
-
-def _fields(prefix: str, value: Any) -> Iterator[tuple[str, Any]]:
-    """Yield (path, scalar) of everything set in a protobuf message."""
-    for field, content in value.ListFields():
-        path = f"{prefix}{field.name}"
-        items = (
-            [(path, content)]
-            if not field.is_repeated
-            else [(f"{path}[{k}]", item) for k, item in enumerate(content)]
-        )
-        for key, item in items:
-            if hasattr(item, "ListFields"):
-                yield from _fields(f"{key}.", item)
-            else:
-                yield key, item

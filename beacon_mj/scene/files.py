@@ -8,6 +8,7 @@ import msgspec
 from beacon_mj.errors import SceneError
 from beacon_mj.scene import Scene
 from beacon_mj.scene.checks import check_scene
+from beacon_mj.scene.recertify import recertified
 
 
 def scene_schema() -> dict[str, Any]:
@@ -40,7 +41,12 @@ def parse_scene(data: bytes, source: str = "scene") -> Scene:
 
 
 def load_scene(path: str | Path) -> Scene:
-    """Read a scene file. Raises SceneError on anything that is not a valid scene."""
+    """Read a scene file; its certificate is proved again, see `recertified`.
+
+    Raises:
+        SceneError: On anything that is not a valid scene, or of which nothing can be
+            proved.
+    """
     path = Path(path)
     try:
         data = path.read_bytes()
@@ -48,4 +54,8 @@ def load_scene(path: str | Path) -> Scene:
         raise SceneError(
             f"{path}: cannot read the scene file: {error.strerror}"
         ) from error
-    return parse_scene(data, str(path))
+    scene = parse_scene(data, str(path))
+    try:
+        return recertified(scene)
+    except SceneError as error:
+        raise SceneError(f"{path}: {error}") from error

@@ -36,6 +36,7 @@ def evaluate(
     isolate: bool | None = None,
     log: Logging = "all",
     resume: bool = False,
+    trust_code: bool = False,
     progress: Progress = quiet,
 ) -> Results:
     """Run planners through scenes: every planner crosses every scene.
@@ -71,6 +72,8 @@ def evaluate(
             do reaches the evaluation; by default those from files do.
         log: Which episodes leave an MCAP log: `all`, `failures`, or `none`.
         resume: Go on with the run in `out`; without planners, with its own options.
+        trust_code: Run the files of planners and layouts that only the folder in `out`
+            names, when going on without naming planners. They may be a stranger's.
         progress: Shows what is done, such as `beacon_mj.show_progress`; by default
             nothing is shown.
 
@@ -98,9 +101,13 @@ def evaluate(
         shard=shard,
         isolate=isolate,
     )
-    run = prepare(options, None if out is None else Path(out), resume=resume)
-    run.run(cluster or workers or usable_cores(), progress)
-    run.folder.finish(run.config, run.rows, summarize(run.rows))
+    folder = None if out is None else Path(out)
+    run = prepare(options, folder, resume=resume, trust_code=trust_code)
+    try:
+        run.run(cluster or workers or usable_cores(), progress)
+        run.folder.finish(run.config, run.rows, summarize(run.rows))
+    finally:
+        run.folder.close()  # A traceback may keep it, in a notebook.
     return Results(run.folder.path, run.config, run.rows, run.faults)
 
 

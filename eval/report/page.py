@@ -87,13 +87,10 @@ def render_report(
         raise RunError(f"{run.folder}: {unknown('planner', baseline, run.planners)}")
     rows = [row for own in run.planners.values() for row in own]
     tell("tables")
-    summary = summarize(rows)
-    tables_by = summary["tables"]
-    summary["tables"] = {name: tables_by[name] for name in run.planners}
+    summary = _summary(run)
     tell("paired differences")
     base, found = _compared(run, baseline)
-    families = [*dict.fromkeys(f for own in summary["tables"].values() for f in own)]
-    shown = families[1:] if len(families) == 2 else families
+    made = _tables(summary, found)
     focus = FOCUS if FOCUS in run.planners else next(iter(run.planners))
     tell("beliefs and episodes, from the logs")
     chosen = picks(run.folder, run.planners[focus])
@@ -104,13 +101,13 @@ def render_report(
         oracles=summary["oracles"],
         run=_facts(run, rows),
         baseline=base,
-        results=[tables.results(summary, family) for family in shown],
-        differences=[tables.differences(found, family) for family in shown],
+        results=made.results,
+        differences=made.differences,
         left_out=max((c.left_out for c in found), default=0),
-        outcomes=tables.outcomes(summary),
+        outcomes=made.outcomes,
         reasons=reasons(rows),
         figures=_figures(summary, rows),
-        beliefs=tables.beliefs(summary),
+        beliefs=made.beliefs,
         calibrations=[*_calibrations(run)],
         focus=focus,
         panels=[_picture(panel(pick)) for pick in chosen],
@@ -119,7 +116,47 @@ def render_report(
     return page
 
 
-def _template() -> Any:
+def page_tables(run: Results, baseline: str | None = None) -> list[str]:
+    """Return the tables of a run's page, as they stand in it; see `render_report`."""
+    found = _compared(run, baseline)[1]
+    made = _tables(_summary(run), found)
+    macro = _template("table.html.j2").module.table
+    return [
+        str(macro(each))
+        for each in (*made.results, made.outcomes, *made.differences, made.beliefs)
+        if each is not None
+    ]
+
+
+class _Tables(NamedTuple):
+    """The tables of a page."""
+
+    results: list[tables.Table]
+    differences: list[tables.Table]
+    outcomes: tables.Table
+    beliefs: tables.Table | None
+
+
+def _tables(summary: dict[str, Any], found: Sequence[Comparison]) -> _Tables:
+    families = [*dict.fromkeys(f for own in summary["tables"].values() for f in own)]
+    shown = families[1:] if len(families) == 2 else families
+    return _Tables(
+        [tables.results(summary, family) for family in shown],
+        [tables.differences(found, family) for family in shown],
+        tables.outcomes(summary),
+        tables.beliefs(summary),
+    )
+
+
+def _summary(run: Results) -> dict[str, Any]:
+    """Return a run's summary with the planners in the order in which they came."""
+    summary = summarize([row for own in run.planners.values() for row in own])
+    tables_by = summary["tables"]
+    summary["tables"] = {name: tables_by[name] for name in run.planners}
+    return summary
+
+
+def _template(name: str = "report.html.j2") -> Any:
     environment = Environment(
         loader=PackageLoader("beacon_mj.eval.report"),
         autoescape=True,
@@ -128,7 +165,7 @@ def _template() -> Any:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    return environment.get_template("report.html.j2")
+    return environment.get_template(name)
 
 
 def _shown(value: Any) -> Any:

@@ -41,6 +41,10 @@ class PlannerEntry(msgspec.Struct, frozen=True, kw_only=True):
         isolated: Whether it runs in a process of its own.
         oracle: Whether it is told the truth about each world: a reference planner,
             whatever its name, and marked as one in every row and table.
+        code: SHA-256 of its file and of the local modules that it imports, by path
+            below the file's folder; empty for a built-in planner.
+        home: Whole path of the file that it is loaded from; no option, for a run may
+            go on where the file lies elsewhere.
     """
 
     name: str
@@ -51,6 +55,14 @@ class PlannerEntry(msgspec.Struct, frozen=True, kw_only=True):
     varied: dict[str, str] = {}
     isolated: bool = False
     oracle: bool = False
+    code: dict[str, str] = {}
+    home: str = ""
+
+    @property
+    def loaded_from(self) -> str:
+        """What it is loaded by, in every folder."""
+        member = self.spec.rpartition(":")[2]
+        return f"{self.home}:{member}" if self.home else self.spec
 
     @property
     def base(self) -> str:
@@ -139,6 +151,7 @@ def stored_scenes(
         SceneError: If a file is no valid scene.
     """
     found: dict[tuple[str, int], SceneRef] = {}
+    hashes: dict[SceneRef, str] = {}
     for path in files_below(folder, ".json"):
         scene = load_scene(path)
         key = scene.family, scene.index
@@ -148,6 +161,7 @@ def stored_scenes(
                 f"but both are {scene.name}."
             )
         found[key] = SceneRef(*key, str(path.resolve()))
+        hashes[found[key]] = scene.sha256
     if not found:
         raise RunError(f"{folder}: expected a folder of scenes (*.json).")
     known = dict.fromkeys(family for family, _ in sorted(found))
@@ -159,10 +173,24 @@ def stored_scenes(
         own = [found[key] for key in sorted(found) if key[0] == name][
             :scenes_per_family
         ]
-        hashes = "".join(load_scene(ref.path).sha256 for ref in own if ref.path)
-        digests[name] = hashlib.sha256(hashes.encode()).hexdigest()
+        all_hashes = "".join(hashes[ref] for ref in own)
+        digests[name] = hashlib.sha256(all_hashes.encode()).hexdigest()
         refs += own
     return digests, refs
+
+
+def planned_scenes(config: RunConfig) -> list[SceneRef]:
+    """Return the scenes of a configured run, or its shard, reading no template.
+
+    Raises:
+        BeaconError: If stored scenes are not there, or are no valid ones.
+    """
+    names, count = [*config.families], config.scenes_per_family
+    if config.scene_dir is not None:
+        _, refs = stored_scenes(Path(config.scene_dir), names, count)
+    else:
+        refs = [SceneRef(n, i) for n in names for i in range(count or 0)]
+    return share(refs, config.shard)
 
 
 def scene_refs(config: RunConfig) -> tuple[dict[str, str], list[SceneRef]]:

@@ -9,8 +9,10 @@ import msgspec
 from beacon_mj.episode.protocol import Protocol
 from beacon_mj.errors import BeaconError, RunError
 from beacon_mj.eval.metrics.row import Row
+from beacon_mj.eval.runs.code_record import check_trusted, code_of, named_code
 from beacon_mj.eval.runs.config import (
     Logging,
+    PlannerEntry,
     RunConfig,
     SceneRef,
     generated_scenes,
@@ -103,6 +105,7 @@ class Evaluation:
             )
             raise
         except BeaconError:
+            self.folder.check_in_place()  # Whatever failed, this is why.
             if not self.rows:
                 self.folder.discard()
             raise
@@ -120,11 +123,16 @@ class Evaluation:
     def _how_to_go_on(self) -> str:
         if self.handed:
             return "go on with the same call of evaluate() and resume=True"
-        return f"go on with: beacon-mj eval --resume --out {self.folder.path}"
+        trust = " --trust-code" if named_code(self.config) else ""
+        return f"go on with: beacon-mj eval --resume --out {self.folder.path}{trust}"
 
 
 def prepare(
-    options: EvaluationOptions, out: Path | None = None, *, resume: bool = False
+    options: EvaluationOptions,
+    out: Path | None = None,
+    *,
+    resume: bool = False,
+    trust_code: bool = False,
 ) -> Evaluation:
     """Return a run that is ready to start, or to go on; its folder is there then.
 
@@ -132,6 +140,7 @@ def prepare(
         options: What to run; without planners, and with `resume`, what the folder says.
         out: Run folder; None for a new one below `runs/`.
         resume: Whether to go on with the run in `out`.
+        trust_code: Whether files that only the folder in `out` names may be executed.
 
     Raises:
         BeaconError: If an option is no good; nothing has been written then.
@@ -140,7 +149,7 @@ def prepare(
         raise RunError("--resume: expected --out DIR with the run to go on with.")
     named = len(options.planners) > 0
     if resume and out is not None and not named:
-        found = _stored(options, out)
+        found = _stored(options, out, trust_code)
     else:
         found = _configured(options, out)
     if named and found.folder.is_unborn():
@@ -152,7 +161,7 @@ def prepare(
     return found
 
 
-def _stored(options: EvaluationOptions, out: Path) -> Evaluation:
+def _stored(options: EvaluationOptions, out: Path, trust_code: bool) -> Evaluation:
     """Return the run of a folder, with its own options."""
     _check_bare(options)
     config = load_config(out)
@@ -163,9 +172,21 @@ def _stored(options: EvaluationOptions, out: Path) -> Evaluation:
             "given as a Python class: go on with the same call of evaluate() and "
             "resume=True."
         )
+    check_trusted(config, trust_code, " Or name the planners and templates yourself.")
     hashes, refs = scene_refs(config)
-    config = msgspec.structs.replace(config, families=hashes, versions=versions())
+    config = msgspec.structs.replace(
+        config,
+        planners=tuple(_as_it_is(entry) for entry in config.planners),
+        families=hashes,
+        versions=versions(),
+    )
     return Evaluation(config=config, refs=refs, folder=RunFolder(out))
+
+
+def _as_it_is(entry: PlannerEntry) -> PlannerEntry:
+    """Return a planner with the code that its file holds now."""
+    code = code_of(entry.loaded_from)
+    return msgspec.structs.replace(entry, code=code)
 
 
 def _check_bare(options: EvaluationOptions) -> None:

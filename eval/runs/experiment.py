@@ -101,14 +101,17 @@ def run_stage(
         folder.create(config)
     else:
         rows = folder.resume(config)
-    update(rows)
-    jobs = [*_chunks(plan(config, refs, rows))]
-    count = min(workers, len(jobs) or 1)
-    for new in run_jobs(config, jobs, None, count, handed):
-        folder.append(new)
-        rows += new
-        update(new)
-    folder.finish(config, rows, summarize(rows))
+    try:
+        update(rows)
+        jobs = [*_chunks(plan(config, refs, rows))]
+        count = min(workers, len(jobs) or 1)
+        for new in run_jobs(config, jobs, None, count, handed):
+            folder.append(new)
+            rows += new
+            update(new)
+        folder.finish(config, rows, summarize(rows))
+    finally:
+        folder.close()
     return rows
 
 

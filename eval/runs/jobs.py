@@ -10,8 +10,10 @@ import numpy as np
 from beacon_mj.episode.protocol import Protocol
 from beacon_mj.episode.run import Listener, run_episode
 from beacon_mj.episode.trace import Outcome, Trace
+from beacon_mj.errors import RunError
 from beacon_mj.eval.metrics.measure import measure
 from beacon_mj.eval.metrics.row import Row
+from beacon_mj.eval.runs.code_record import check_code
 from beacon_mj.eval.runs.config import PlannerEntry, RunConfig, SceneRef, load_ref
 from beacon_mj.eval.runs.isolation.host import Isolated, Who, here, isolated
 from beacon_mj.eval.runs.lineup import Handed
@@ -73,11 +75,16 @@ def run_job(
 
     Returns:
         One row a planner. The scene and its worlds are built once.
+
+    Raises:
+        RunError: If a planner's file was edited since the run began.
     """
+    entries = [e for e in config.planners if e.name in job.planners]
+    check_code(entries)
     scene = load_ref(config, job.ref)
     out = Attempt([], [])
     worlds: dict[float, World] = {}
-    for entry in (e for e in config.planners if e.name in job.planners):
+    for entry in entries:
         step = config.protocol_of(entry.name).timestep_s
         try:
             if step not in worlds:
@@ -152,7 +159,7 @@ def _planner(
     if not entry.isolated:
         return Guarded(partial(_build, entry, handed))
     who = Who(
-        whole_spec(entry.spec),
+        whole_spec(entry.loaded_from),
         tuple(entry.settings.items()),
         entry.base,
         protocol.memory_limit_mib,
@@ -162,7 +169,7 @@ def _planner(
 
 
 def _build(entry: PlannerEntry, handed: Handovers) -> Planner:
-    cls, config = handed.get(entry.name) or Handed(planner_class(entry.spec))
+    cls, config = handed.get(entry.name) or Handed(planner_class(entry.loaded_from))
     if config is None:
         config = configure(cls, entry.settings, entry.name)
     return cls(config)
@@ -173,6 +180,8 @@ def _log_path(
 ) -> Path | None:
     if folder is None or config.log == "none":
         return None
+    if not folder.is_dir():  # Not to be made anew where it was.
+        raise RunError(f"{folder}: the run folder was moved or deleted.")
     path = log_file(folder, entry.name, scene.name)
     path.parent.mkdir(parents=True, exist_ok=True)
     return path

@@ -9,6 +9,7 @@ import msgspec
 
 from beacon_mj.episode.protocol import Protocol
 from beacon_mj.errors import PlannerError, RunError, unknown
+from beacon_mj.eval.runs.code_record import code_of, planner_file
 from beacon_mj.eval.runs.config import PlannerEntry
 from beacon_mj.eval.runs.overrides import Settings, built_ins, parse_settings
 from beacon_mj.eval.runs.variants import (
@@ -253,6 +254,7 @@ def _entry(each: _Loaded, parsed: Settings, protocol: Protocol) -> PlannerEntry:
     own = {**(each.values or {}), **parsed.get(each.name, {})}
     if own and each.config is not None:
         raise _configured(each.name, "set")
+    file = planner_file(each.spec)
     entry = PlannerEntry(
         name=each.name,
         spec=each.spec,
@@ -260,6 +262,8 @@ def _entry(each: _Loaded, parsed: Settings, protocol: Protocol) -> PlannerEntry:
         config={} if each.config is None else built_ins(each.config),
         isolated=each.cls is None,
         oracle=each.cls is not None and issubclass(each.cls, Oracle),
+        code=code_of(each.spec, each.cls),
+        home="" if file is None else str(file),
     )
     if each.config is not None:
         return entry

@@ -8,16 +8,18 @@ import contextlib
 import os
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import msgspec
 
 from beacon_mj.constants import SCHEMA
 from beacon_mj.errors import RunError
 from beacon_mj.eval.metrics.row import Row
-from beacon_mj.eval.runs.config import RunConfig
+from beacon_mj.eval.runs.config import PlannerEntry, RunConfig
 from beacon_mj.eval.runs.frame import frame
+from beacon_mj.eval.runs.run_lock import LockedFile
 from beacon_mj.files import file_name, replacing
+from beacon_mj.source_files import first_change
 
 CONFIG, LINES, TABLE, SUMMARY = (
     "config.json",
@@ -26,28 +28,32 @@ CONFIG, LINES, TABLE, SUMMARY = (
     "summary.json",
 )
 
+if TYPE_CHECKING:
+    import polars as pl
+
 Machines = tuple[dict[str, str], ...]
 
 
 class RunFolder:
-    """One folder on disk that holds one run."""
+    """One folder on disk that holds one run.
+
+    From `create` or `resume` to `finish` or `close` no other process can open it.
+    """
 
     def __init__(self, path: Path) -> None:
         """Stand for the run folder at `path`; `create` or `resume` opens it."""
         self.path = path
         self._machines: Machines = ()
+        self._lines: LockedFile | None = None
 
     def create(self, config: RunConfig) -> None:
         """Make the folder and write the configuration.
 
         Raises:
-            RunError: If the folder holds anything already, or cannot be written.
+            RunError: If the folder holds anything already, another process writes to
+                it, or it cannot be written.
         """
-        if not self.is_unborn():
-            raise RunError(
-                f"{self.path}: expected a new or empty folder but it holds files. "
-                "Use --resume to go on with its run, or another --out."
-            )
+        self._check_unborn()
         self._machines = config.machines or (_here(),)
         noted = msgspec.structs.replace(config, machines=self._machines)
         try:
@@ -59,7 +65,8 @@ class RunFolder:
             ) from error
         try:
             self.path.mkdir(parents=True, exist_ok=True)
-            (self.path / LINES).touch()
+            self._lock()
+            self._check_unborn()  # Another process may have come between.
             self._write(CONFIG, text)
         except OSError as error:
             raise RunError(f"{self.path}: cannot be written: {_why(error)}.") from error
@@ -79,16 +86,18 @@ class RunFolder:
         A last line that was cut off is removed.
 
         Raises:
-            RunError: If there is no run, or it was started with other options.
+            RunError: If there is no run, it was started with other options or code, or
+                another process writes to it.
         """
         before = load_config(self.path)
-        if name := difference(before, config):
+        if found := difference(before, config):
             raise RunError(
                 f"{self.path}: expected the options that the run was started with but "
-                f"{name} differs."
+                f"{found}."
             )
-        rows, whole = _read_lines(self.path / LINES)
         try:
+            self._lock()
+            rows, whole = _read_lines(self.path / LINES)
             os.truncate(self.path / LINES, whole)
             self._went_on(before)
         except OSError as error:
@@ -96,29 +105,43 @@ class RunFolder:
         return rows
 
     def append(self, rows: Iterable[Row]) -> None:
-        """Add finished episodes; they are on disk when this returns."""
+        """Add finished episodes; they are on disk when this returns.
+
+        Raises:
+            RunError: If the folder was moved or deleted since it was opened; the
+                episodes are then in the folder that was moved.
+        """
         text = b"".join(msgspec.json.encode(row) + b"\n" for row in rows)
-        with open(self.path / LINES, "ab", buffering=0) as file:
-            before = file.seek(0, os.SEEK_END)
-            try:
-                left = memoryview(text)
-                while left:
-                    left = left[file.write(left) :]
-                os.fsync(file.fileno())
-            except OSError as error:
-                file.truncate(before)  # A full disk takes a part of a line.
-                why = f"{self.path}: cannot be written: {_why(error)}."
-                raise RunError(why) from error
+        self._opened().append(text)
+
+    def check_in_place(self) -> None:
+        """Raise RunError if the folder was moved or deleted since it was opened."""
+        if self._lines is not None:
+            self._lines.check_in_place()
+
+    def close(self) -> None:
+        """Let others open the folder."""
+        if self._lines is not None:
+            self._lines.close()
+            self._lines = None
 
     def discard(self) -> None:
         """Take back what `create` wrote, for a run that could not even begin."""
+        if self._lines is None or not self._lines.in_place():
+            return self.close()
         for name in (CONFIG, LINES):
             (self.path / name).unlink(missing_ok=True)
         with contextlib.suppress(OSError):  # The folder was the user's, and is in use.
             self.path.rmdir()
+        self.close()
 
     def finish(self, config: RunConfig, rows: Sequence[Row], summary: Any) -> None:
-        """Write the table, the summary, and the scenes' hashes."""
+        """Write the table, the summary, and the scenes' hashes; close the folder.
+
+        Raises:
+            RunError: If the folder was moved or deleted since it was opened.
+        """
+        self.check_in_place()
         ordered = sorted(rows, key=lambda row: row.key)
         scenes = {r.scene_name: r.scene_sha256 for r in ordered}
         config = msgspec.structs.replace(config, machines=self._machines)
@@ -126,6 +149,24 @@ class RunFolder:
         self._write(CONFIG, _pretty(whole))
         self._write(SUMMARY, _pretty(summary))
         write_table(rows, self.path / TABLE, config)
+        self.close()
+
+    def _check_unborn(self) -> None:
+        if not self.is_unborn():
+            raise RunError(
+                f"{self.path}: expected a new or empty folder but it holds files. "
+                "Use --resume to go on with its run, or another --out."
+            )
+
+    def _lock(self) -> None:
+        """Open the rows for this process alone, if they are not open yet."""
+        if self._lines is None:
+            self._lines = LockedFile(self.path / LINES)
+
+    def _opened(self) -> LockedFile:
+        self._lock()
+        assert self._lines is not None
+        return self._lines
 
     def _went_on(self, before: RunConfig) -> None:
         """Note this machine in the configuration, if it is another one."""
@@ -192,14 +233,37 @@ def write_table(
         frame(rows, config).write_parquet(file)
 
 
+def read_table(path: Path) -> "pl.DataFrame":
+    """Return a table of rows. Raises RunError if it cannot be read."""
+    import polars as pl
+
+    try:
+        with path.open("rb") as file:  # Polars takes no path that is not UTF-8.
+            return pl.read_parquet(file)
+    except (pl.exceptions.PolarsError, OSError) as error:
+        why = " ".join(str(error).split())
+        raise RunError(f"{path}: cannot be read as Parquet: {why}.") from error
+
+
 def free_name(stem: str) -> Path:
-    """Return the first of `runs/stem`, `runs/stem-2`, ... that does not exist."""
+    """Make and return the first of `runs/stem`, `runs/stem-2`, ... that is not there.
+
+    It is made at once, so that two runs that start together get a folder each.
+
+    Raises:
+        RunError: If it cannot be made.
+    """
     stem = file_name(stem)
     path, number = Path("runs") / stem, 1
-    while path.exists():
-        number += 1
-        path = Path("runs") / f"{stem}-{number}"
-    return path
+    while True:
+        try:
+            path.mkdir(parents=True)
+            return path
+        except FileExistsError:
+            number += 1
+            path = Path("runs") / f"{stem}-{number}"
+        except OSError as error:
+            raise RunError(f"{path}: cannot be written: {_why(error)}.") from error
 
 
 def _read_lines(path: Path) -> tuple[list[Row], int]:
@@ -221,19 +285,43 @@ def _read_lines(path: Path) -> tuple[list[Row], int]:
 
 
 def difference(before: RunConfig, now: RunConfig) -> str | None:
-    """Return the first option that differs, or None.
+    """Say which option differs first, or return None.
 
-    A run may change its logging, and go on with another machine.
+    A run may change its logging, go on with another machine, and find its planners'
+    files in another folder.
     """
     for name in RunConfig.__struct_fields__:
-        if name not in ("log", "machines") and _text(before, name) != _text(now, name):
-            return name
+        ours, theirs = _option(before, name), _option(now, name)
+        if name not in ("log", "machines") and _text(ours) != _text(theirs):
+            return f"{name} differs{_detail(ours, theirs)}"
     return None
 
 
-def _text(config: RunConfig, name: str) -> bytes:
+def _option(config: RunConfig, name: str) -> Any:
+    if name != "planners":
+        return getattr(config, name)
+    return tuple(msgspec.structs.replace(e, home="") for e in config.planners)
+
+
+def _text(value: Any) -> bytes:
     """Return an option as it is stored, where a tuple and a list are the same."""
-    return msgspec.json.encode(getattr(config, name), order="deterministic")
+    return msgspec.json.encode(value, order="deterministic")
+
+
+def _detail(before: Any, now: Any) -> str:
+    """Say what differs in an option that holds others, such as a planner's file."""
+    if isinstance(before, dict) and isinstance(now, dict):
+        keys = dict.fromkeys([*before, *now])
+        names = [str(k) for k in keys if before.get(k) != now.get(k)]
+        return f": {', '.join(names)}"
+    if isinstance(before, tuple) and len(before) == len(now):
+        for ours, theirs in zip(before, now, strict=True):
+            if ours != theirs and isinstance(ours, PlannerEntry):
+                if ours.name != theirs.name:
+                    return f": {ours.name} or {theirs.name}"
+                change = first_change(ours.code, theirs.code)
+                return f": {ours.name}" + (f", where {change}" if change else "")
+    return ""
 
 
 def _pretty(value: Any) -> bytes:

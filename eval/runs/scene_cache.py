@@ -18,7 +18,7 @@ from platformdirs import user_cache_path
 
 import beacon_mj
 from beacon_mj.errors import SceneError
-from beacon_mj.eval.runs.versions import versions
+from beacon_mj.eval.runs.versions import package_versions
 from beacon_mj.scene import Profile, Scene
 from beacon_mj.scene.files import parse_scene
 from beacon_mj.scene_gen.family import family_sha256
@@ -89,7 +89,7 @@ CODE_SHA256 = _code_sha256()
 
 @cache
 def _versions() -> str:
-    return repr(sorted(versions().items()))
+    return repr(sorted(package_versions().items()))
 
 
 def _read(path: Path) -> Scene | None:

@@ -1,6 +1,5 @@
 """Does every log of a run prove its row, and is that row the one in the tables?"""
 
-import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -13,9 +12,15 @@ from beacon_mj.errors import BeaconError, LogError, RunError
 from beacon_mj.eval.metrics.measure import measure
 from beacon_mj.eval.runs.frame import varied_settings
 from beacon_mj.eval.runs.log_files import log_file
-from beacon_mj.eval.runs.run_folder import LINES, TABLE, load_config, load_rows
+from beacon_mj.eval.runs.run_folder import (
+    LINES,
+    TABLE,
+    load_config,
+    load_rows,
+    read_table,
+)
 from beacon_mj.eval.runs.variants import text_of
-from beacon_mj.eval.runs.worker_process import in_folder, prepare_worker
+from beacon_mj.eval.runs.worker_process import in_parallel
 from beacon_mj.files import files_below
 from beacon_mj.recording.verify import Verification, verify
 
@@ -54,7 +59,7 @@ def tables_of(run: Path) -> dict[str, Rows]:
         columns = varied_settings(load_config(run))
         out[TABLE] = {
             _key(row): _without_settings(row, columns)
-            for row in _read_table(run / TABLE)
+            for row in read_table(run / TABLE).to_dicts()
         }
     return out
 
@@ -112,20 +117,7 @@ def verify_logs(paths: Sequence[Path], workers: int = 1) -> Iterator[Verificatio
     runs = {path: run_of(path) for path in paths}
     known = {run: tables_of(run) if run else {} for run in {*runs.values()}}
     jobs = [(path, _only(path, known[runs[path]])) for path in paths]
-    if workers == 1:
-        yield from (verify_log(*job) for job in jobs)
-        return
-    import joblib
-
-    with joblib.parallel_config(backend="loky", inner_max_num_threads=1):
-        pool = joblib.Parallel(
-            n_jobs=workers,
-            return_as="generator_unordered",
-            batch_size=1,
-            initializer=prepare_worker,
-        )
-        folder, call = os.getcwd(), joblib.delayed(in_folder)
-        yield from pool(call(folder, verify_log, *job) for job in jobs)
+    yield from in_parallel(verify_log, jobs, workers)
 
 
 def missing_logs(run: Path) -> int:
@@ -185,14 +177,3 @@ def _key(row: Mapping[str, Any]) -> Key:
 def _as_json(row: Mapping[str, Any]) -> dict[str, Any]:
     """Return a row as JSON gives it back: NaN and infinity become None."""
     return dict(msgspec.json.decode(msgspec.json.encode(row)))
-
-
-def _read_table(path: Path) -> list[dict[str, Any]]:
-    import polars as pl
-
-    try:
-        with path.open("rb") as file:  # Polars takes no path that is not UTF-8.
-            return pl.read_parquet(file).to_dicts()
-    except (pl.exceptions.PolarsError, OSError) as error:
-        why = " ".join(str(error).split())
-        raise RunError(f"{path}: cannot be read as Parquet: {why}.") from error

@@ -5,9 +5,9 @@ import os
 import signal
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from multiprocessing.process import BaseProcess
-from typing import TypeVar
+from typing import Any, TypeVar
 
 T = TypeVar("T")
 
@@ -31,6 +31,32 @@ def prepare_worker() -> None:
     if parent is not None:
         signal.signal(signal.SIGINT, signal.SIG_IGN)
         threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
+
+
+def in_parallel(
+    function: Callable[..., T], jobs: Sequence[tuple[Any, ...]], workers: int
+) -> Iterator[T]:
+    """Yield what a function returns for each job's arguments, in any order.
+
+    Args:
+        function: Of a module, so that a process can import it.
+        jobs: Its arguments, a tuple a job.
+        workers: Processes; with 1 everything runs in this one.
+    """
+    if workers == 1 or len(jobs) < 2:
+        yield from (function(*job) for job in jobs)
+        return
+    import joblib
+
+    with joblib.parallel_config(backend="loky", inner_max_num_threads=1):
+        pool = joblib.Parallel(
+            n_jobs=min(workers, len(jobs)),
+            return_as="generator_unordered",
+            batch_size=1,
+            initializer=prepare_worker,
+        )
+        folder, call = os.getcwd(), joblib.delayed(in_folder)
+        yield from pool(call(folder, function, *job) for job in jobs)
 
 
 def in_folder(folder: str, function: Callable[..., T], *arguments: object) -> T:

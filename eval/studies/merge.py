@@ -50,10 +50,13 @@ def merge(out: Path, folders: Sequence[Path]) -> list[Row]:
     )
     folder = RunFolder(out)
     folder.create(config)
-    folder.append(rows)
-    for path in configs:
-        _take_logs(path, out)
-    folder.finish(config, rows, summarize(rows))
+    try:
+        folder.append(rows)
+        for path in configs:
+            _take_logs(path, out)
+        folder.finish(config, rows, summarize(rows))
+    finally:
+        folder.close()
     return rows
 
 
@@ -85,12 +88,10 @@ def _check_same(configs: Mapping[Path, RunConfig]) -> None:
     first, *others = configs
     whole = msgspec.structs.replace(configs[first], shard=None)
     for path in others:
-        if name := difference(
+        if found := difference(
             whole, msgspec.structs.replace(configs[path], shard=None)
         ):
-            raise RunError(
-                f"{path}: expected the options of {first} but {name} differs."
-            )
+            raise RunError(f"{path}: expected the options of {first} but {found}.")
 
 
 def _finished(path: Path, config: RunConfig) -> list[Row]:

@@ -15,7 +15,8 @@ from beacon_mj.errors import PlannerError
 from beacon_mj.geometry import Array
 from beacon_mj.interface import Evidence, Probabilities, PushEvidence, SensedObstacle
 from beacon_mj.planners.checks import expect, expect_all_between, expect_between
-from beacon_mj.planners.contact.sharing import KindBelief, ScaleBelief
+from beacon_mj.planners.contact.force_scale import ScaleBelief
+from beacon_mj.planners.contact.kinds import KindBeliefs
 
 Memory = Literal["none", "failures", "belief"]
 Sharing = Literal["kind", "scale"]
@@ -77,8 +78,9 @@ class BeliefSettings:
     #: What a push tells of the other obstacles, where memory is `belief`: of those of
     #: its `kind`, and of the `scale` of all forces; `[]` for nothing, as in the paper.
     sharing: frozenset[Sharing] = frozenset()
-    #: Probability that an obstacle has its kind's class, 0 to 1.
-    reliability: float = 0.95
+    #: Probability, 0 to 1, that an obstacle has its kind's class: values that are
+    #: equally likely until pushes tell how far kinds can be relied on.
+    reliability: tuple[float, ...] = (0.0, 0.5, 1.0)
     #: Standard deviation of the logarithm of the scale, the factor between all
     #: perceived forces and the true ones; 0 where it is known to be one.
     scale_error: float = 0.0
@@ -96,7 +98,9 @@ class BeliefSettings:
             PlannerError: If a field is out of range.
         """
         expect_between("threshold", self.threshold, 0.0, 2.0)
-        expect_between("reliability", self.reliability, 0.0, 1.0)
+        count = len(self.reliability)
+        expect("reliability", self.reliability, "of 1 to 9 values", 0 < count < 10)
+        expect_all_between("reliability", self.reliability, count, 0.0, 1.0)
         expect_between("scale_error", self.scale_error, 0.0, 3.0)
         for name, value, words in (
             ("memory", {self.memory}, get_args(Memory)),
@@ -160,7 +164,7 @@ class BeliefMap:
         beliefs: Class probabilities by obstacle id.
         at_least_n: Force that is known not to move an obstacle [N].
         at_most_n: Force that is known to move it [N].
-        kinds: Belief about each kind, where it is shared.
+        kinds: Beliefs about kinds, where they are shared.
         scale: Belief about the scale of forces; one for sure, where it is not shared.
     """
 
@@ -169,31 +173,29 @@ class BeliefMap:
     beliefs: dict[str, Probabilities] = field(default_factory=dict)
     at_least_n: dict[str, float] = field(default_factory=dict)
     at_most_n: dict[str, float] = field(default_factory=dict)
-    kinds: dict[str, KindBelief] = field(default_factory=dict)
+    kinds: KindBeliefs = field(init=False)
     scale: ScaleBelief = field(init=False)
-    _kind_of: dict[str, str] = field(default_factory=dict)
     _perceived_n: dict[str, float] = field(default_factory=dict)
     _factor: float = 1.0
 
     def __post_init__(self) -> None:
-        """Start the belief about the scale."""
+        """Start the beliefs about kinds and about the scale."""
+        self.kinds = KindBeliefs(self.settings.reliability)
         width = self.settings.scale_error if self.settings.shares("scale") else 0.0
         self.scale = ScaleBelief(width, self.force_error)
 
-    def sight(self, obstacle: SensedObstacle) -> bool:
-        """Start a belief at first sight; return whether it is new."""
-        if obstacle.id in self.beliefs:
-            return False
-        first = _probabilities(prior(obstacle.scores))
-        self._perceived_n[obstacle.id] = obstacle.perceived_force_n
-        self._store({obstacle.id: first})
-        if obstacle.kind is not None and self.settings.shares("kind"):
-            self._kind_of[obstacle.id] = obstacle.kind
-            fresh = KindBelief(self.settings.reliability)
-            kind = self.kinds.setdefault(obstacle.kind, fresh)
-            kind.sight(obstacle.id, first)
-            self._store(kind.beliefs())
-        return True
+    def sight(self, *obstacles: SensedObstacle) -> bool:
+        """Start beliefs at first sight; return whether any is new."""
+        new = [o for o in obstacles if o.id not in self.beliefs]
+        first = {o.id: _probabilities(prior(o.scores)) for o in new}
+        self._store(first)
+        for obstacle in new:
+            self._perceived_n[obstacle.id] = obstacle.perceived_force_n
+            if obstacle.kind is not None and self.settings.shares("kind"):
+                self.kinds.sight(obstacle.id, obstacle.kind, first[obstacle.id])
+        if any(name in self.kinds.kind_of for name in first):
+            self._store(self.kinds.beliefs())
+        return bool(new)
 
     def learn(self, evidence: PushEvidence) -> float:
         """Update from one push; return the largest L1 change of a belief (II.H).
@@ -214,10 +216,9 @@ class BeliefMap:
         """Apply Bayes' rule to the obstacle, or to all of its kind."""
         i = evidence.id
         likelihood = self.settings.likelihoods.of(evidence.evidence)
-        if i in self._kind_of:
-            kind = self.kinds[self._kind_of[i]]
-            kind.learn(i, likelihood.tolist())
-            self._store(kind.beliefs())
+        if i in self.kinds.kind_of:
+            self.kinds.learn(i, likelihood.tolist())
+            self._store(self.kinds.beliefs())
         else:
             after = posterior(np.array(self.beliefs[i]), likelihood)
             self._store({i: _probabilities(after)})

@@ -36,13 +36,17 @@ class TravelTimes:
         self._grid = Grid.cover(task.workspace_m, _CELL_M)
         self._field = ClearanceField(self._grid, self._inflation_m)
         self._unknown = np.ones(self._grid.size)
+        self._all_known = False
         self._seconds = np.zeros(self._grid.size)
         self.expansions = 0
 
     def note_range(self, position: Array) -> None:
         """Remember what is in range of a position, shape (2,) [m]."""
+        if self._all_known:
+            return
         reach = self._task.sensing_radius_m + self._task.radius_m
-        self._unknown[self._grid.disc(position, reach)] = 0.0
+        self._unknown[self._grid.within(position, reach)] = 0.0
+        self._all_known = not self._unknown.any()
 
     def update(self, observation: Observation) -> None:
         """Compute the times anew, all known obstacles blocking."""

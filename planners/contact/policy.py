@@ -49,8 +49,7 @@ class PushPolicy(ABC, Generic[C]):
 
     def observe(self, observation: Observation) -> None:
         """Take in what is seen, in every control step before anything else."""
-        for obstacle in observation.obstacles[len(self.beliefs.beliefs) :]:
-            self.beliefs.sight(obstacle)
+        self.beliefs.sight(*observation.obstacles[len(self.beliefs.beliefs) :])
 
     def learn(self, evidence: PushEvidence) -> bool:
         """Take in how a push attempt ended; return whether plans are stale."""

@@ -20,8 +20,8 @@ from beacon_mj.scene import (
     Profile,
     Scene,
 )
+from beacon_mj.scene.certificates import certify
 from beacon_mj.scene.checks import check_scene
-from beacon_mj.scene_gen.certificates import certify
 from beacon_mj.scene_gen.family import Family
 from beacon_mj.scene_gen.learning.certificate import (
     NoWayError,

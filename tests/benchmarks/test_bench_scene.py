@@ -2,9 +2,9 @@
 
 from pytest_benchmark.fixture import BenchmarkFixture
 
+from beacon_mj.scene.certificates import certify
 from beacon_mj.scene.checks import check_scene
 from beacon_mj.scene.files import parse_scene
-from beacon_mj.scene_gen.certificates import certify
 from beacon_mj.scene_gen.generate import generate_scene
 from beacon_mj.scene_gen.mjcf import scene_mjcf
 from tests.worlds import cached_scene

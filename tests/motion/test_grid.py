@@ -48,6 +48,7 @@ def test_disc_lists_the_cells_within_reach_nearest_first() -> None:
     cells = grid.disc(point, 0.2)
     assert set(cells) == set(np.flatnonzero(distance <= 0.2))
     assert np.all(np.diff(distance[cells]) >= 0.0)
+    assert np.array_equal(grid.within(point, 0.2), np.sort(cells))
 
 
 @settings(max_examples=30, deadline=None)

@@ -11,9 +11,9 @@ from scipy import ndimage
 
 from beacon_mj.errors import GenerationError, SceneError, TemplateError
 from beacon_mj.scene import Obstacle, Scene, shapes
+from beacon_mj.scene.certificates import certify, door_candidates
 from beacon_mj.scene.checks import check_scene
 from beacon_mj.scene_gen import generate
-from beacon_mj.scene_gen.certificates import certify, door_candidates
 from beacon_mj.scene_gen.family import load_family
 from beacon_mj.scene_gen.generate import MARGIN_M, generate_scene, obstacle_of
 from tests.worlds import FAMILIES, cached_scene

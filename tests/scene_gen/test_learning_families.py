@@ -16,8 +16,8 @@ from beacon_mj.eval.runs.run_folder import load_rows
 from beacon_mj.geometry import polyline_length
 from beacon_mj.mjcf_templates import ROOT
 from beacon_mj.scene import LearningCertificate, Obstacle, Scene
+from beacon_mj.scene.certificates import free_path
 from beacon_mj.scene.files import parse_scene
-from beacon_mj.scene_gen.certificates import free_path
 from beacon_mj.scene_gen.family import Family, default_families, load_family
 from beacon_mj.scene_gen.generate import generate_scene, obstacle_of
 from beacon_mj.scene_gen.learning.certificate import certify_parts

@@ -119,7 +119,7 @@ def crates(settings: BeliefSettings) -> BeliefMap:
 
 
 def test_a_push_tells_of_its_kind_and_of_no_other() -> None:
-    shared = crates(BeliefSettings(sharing=frozenset({"kind"}), reliability=0.9))
+    shared = crates(BeliefSettings(sharing=frozenset({"kind"}), reliability=(0.9,)))
     first = dict(shared.beliefs)
     change = shared.learn(PushEvidence("a", "not_moved", 55.0, 1.0))
     safe = {i: shared.probability(i, "safe") for i in "abc"}
@@ -136,7 +136,7 @@ def test_without_sharing_kinds_tell_nothing() -> None:
     alone, first = crates(BeliefSettings()), (0.5, 0.4, 0.1)
     alone.learn(PushEvidence("a", "not_moved", 55.0, 1.0))
     assert alone.beliefs["b"] == pytest.approx(first)
-    unreliable = BeliefSettings(sharing=frozenset({"kind"}), reliability=0.0)
+    unreliable = BeliefSettings(sharing=frozenset({"kind"}), reliability=(0.0,))
     assert crates(unreliable).beliefs["b"] == pytest.approx(first)
 
 

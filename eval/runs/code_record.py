@@ -1,0 +1,162 @@
+"""The record of the code that decides a result: planners' files, and our own.
+
+A planner's file is read, never run, to make the record. Built-in planners are part of
+the package, whose source has one digest among the versions.
+"""
+
+import importlib.util
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+
+from beacon_mj.errors import PlannerError, RunError
+from beacon_mj.eval.runs.config import PlannerEntry, RunConfig
+from beacon_mj.planners.base import Planner
+from beacon_mj.planners.registry import file_planner, planner_names
+from beacon_mj.scene_gen.layout_sources import layout_file
+from beacon_mj.source_files import digests, first_change, local_sources
+
+
+def planner_file(spec: str) -> Path | None:
+    """Return the whole path of the file that a planner is loaded from, if it is one."""
+    if file_planner(spec) is None:
+        return None
+    return Path(spec.rpartition(":")[0]).resolve()
+
+
+def code_of(spec: str, cls: type[Planner] | None = None) -> dict[str, str]:
+    """Return the SHA-256 of a planner's file and of the local modules it imports.
+
+    Args:
+        spec: What the planner is loaded by.
+        cls: The class that was handed over, if it was.
+
+    Returns:
+        Digests by path below the file's folder; below that of its package, for a
+        planner of an installed one. Nothing for the package's own planners, and for
+        classes without a file.
+
+    Raises:
+        PlannerError: If a file cannot be read.
+    """
+    found = _sources(spec, cls)
+    if found is None:
+        return {}
+    file, root, package = found
+    try:
+        return digests(local_sources(file, root, package))
+    except FileNotFoundError as error:
+        raise PlannerError(
+            f"{file}: expected a Python file but there is none."
+        ) from error
+    except OSError as error:
+        raise PlannerError(
+            f"{file}: cannot read the planner's file: {error.strerror}."
+        ) from error
+
+
+def check_code(entries: Iterable[PlannerEntry]) -> None:
+    """Check that planners' files are still those that the run was started with.
+
+    Raises:
+        RunError: If one was edited, naming it.
+        PlannerError: If one is not there any more.
+    """
+    for entry in entries:
+        if entry.home and entry.code:
+            now = code_of(entry.loaded_from)
+            if change := first_change(entry.code, now):
+                raise RunError(
+                    f"{entry.home}: expected the code that the run was started with "
+                    f"but {change}. Every episode of a run is of the same code."
+                )
+
+
+def named_code(config: RunConfig) -> list[Path]:
+    """Return the files that a run's configuration names and whose code would run."""
+    found = [planner_file(entry.loaded_from) for entry in config.planners]
+    found.append(named_layouts(config))
+    return [*dict.fromkeys(path for path in found if path is not None)]
+
+
+def named_layouts(config: RunConfig) -> Path | None:
+    """Return the layouts that generating a run's scenes would run, if it has any."""
+    if config.scene_dir is not None or config.templates is None:
+        return None
+    return layout_file(Path(config.templates))
+
+
+def check_trusted(config: RunConfig, trust_code: bool, otherwise: str = "") -> None:
+    """Refuse to run code that only a folder names, unless the user said so.
+
+    Raises:
+        RunError: Naming the files.
+    """
+    files = named_code(config)
+    if files and not trust_code:
+        raise RunError(
+            f"Expected --trust-code, because this would run {_listed(files)}, which "
+            f"the run names and may come from a stranger.{otherwise}"
+        )
+
+
+def _listed(files: list[Path]) -> str:
+    return ", ".join(str(path) for path in files)
+
+
+Sources = tuple[Path, Path, str | None]  #: See `local_sources`.
+
+
+def code_files(entry: PlannerEntry) -> dict[str, bytes]:
+    """Return the files of a planner's record; empty for a class handed over in Python.
+
+    Raises:
+        OSError: If one cannot be read.
+    """
+    found = _sources(entry.loaded_from, None)
+    return {} if found is None else local_sources(*found)
+
+
+def _sources(spec: str, cls: type[Planner] | None) -> Sources | None:
+    """Return the file of a planner, and which modules are its own."""
+    if (file := planner_file(spec)) is not None:
+        return file, file.parent, None
+    if cls is not None:
+        module = cls.__module__
+    else:
+        module = planner_names().get(spec, "").partition(":")[0]
+    top = module.partition(".")[0]
+    if top in ("", "beacon_mj"):
+        return None
+    found = _packaged(module) if top != "__main__" else None
+    return found or _single(module)
+
+
+def _packaged(module: str) -> Sources | None:
+    """Return the file of a module of a package, not importing it."""
+    top, *rest = module.split(".")
+    try:
+        spec = importlib.util.find_spec(top)
+    except (ImportError, ValueError):
+        return None
+    if spec is None or not spec.submodule_search_locations:
+        return None
+    root = Path(next(iter(spec.submodule_search_locations)))
+    below = root.joinpath(*rest)
+    file = below / "__init__.py" if below.is_dir() else below.with_suffix(".py")
+    return (file, root.parent, top) if file.is_file() else None
+
+
+def _single(module: str) -> Sources | None:
+    """Return the file of a script, or of a module that is no package."""
+    path = getattr(sys.modules.get(module), "__file__", None)
+    if path is None:
+        try:
+            spec = importlib.util.find_spec(module)
+        except (ImportError, ValueError):
+            return None
+        path = None if spec is None else spec.origin
+    if path is None or not Path(path).is_file():
+        return None
+    installed = {"site-packages", "dist-packages"} & {*Path(path).parts}
+    return Path(path), Path(path).parent, module if installed else None

@@ -1,0 +1,1 @@
+"""Does a run prove its own numbers, and how much of it."""
