@@ -11,6 +11,7 @@ __version__ = "0.2.0.dev0"
 if TYPE_CHECKING:
     from beacon_mj.cli.views.progress import show_progress as show_progress
     from beacon_mj.episode.conformance import check_planner as check_planner
+    from beacon_mj.episode.mission import run_mission as run_mission
     from beacon_mj.episode.protocol import Protocol as Protocol
     from beacon_mj.episode.run import run_episode as run_episode
     from beacon_mj.episode.trace import Trace as Trace
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from beacon_mj.eval.api.comparison import compare as compare
     from beacon_mj.eval.api.evaluation import evaluate as evaluate
     from beacon_mj.eval.api.evaluation import merge as merge
+    from beacon_mj.eval.api.families import list_families as list_families
     from beacon_mj.eval.api.logs import export_ros2 as export_ros2
     from beacon_mj.eval.api.logs import log_info as log_info
     from beacon_mj.eval.api.logs import measure_log as measure_log
@@ -29,7 +31,6 @@ if TYPE_CHECKING:
     from beacon_mj.eval.api.reports import fill_tables as fill_tables
     from beacon_mj.eval.api.reports import write_report as write_report
     from beacon_mj.eval.api.scenes import generate_scenes as generate_scenes
-    from beacon_mj.eval.api.scenes import list_families as list_families
     from beacon_mj.eval.api.studies import ablate as ablate
     from beacon_mj.eval.api.studies import certify as certify
     from beacon_mj.eval.api.studies import regret as regret
@@ -101,7 +102,7 @@ _HOME = {
     "fill_tables": "beacon_mj.eval.api.reports",
     "generate_scene": "beacon_mj.scene_gen.generate",
     "generate_scenes": "beacon_mj.eval.api.scenes",
-    "list_families": "beacon_mj.eval.api.scenes",
+    "list_families": "beacon_mj.eval.api.families",
     "list_planners": "beacon_mj.eval.api.planners",
     "load_planner": "beacon_mj.planners.registry",
     "load_results": "beacon_mj.eval.statistics.results",
@@ -124,6 +125,7 @@ _HOME = {
     "run_episode": "beacon_mj.episode.run",
     "save_obstacle": "beacon_mj.scene_gen.pymjcf_export",
     "run_fidelity": "beacon_mj.fidelity",
+    "run_mission": "beacon_mj.episode.mission",
     "show_progress": "beacon_mj.cli.views.progress",
     "sweep": "beacon_mj.eval.api.studies",
     "verify": "beacon_mj.eval.api.verification",

@@ -16,6 +16,37 @@ Evidence = Literal["moved", "not_moved", "broken"]
 Action = Literal["move", "detour", "push", "approach", "back_off", "follow", "give_up"]
 
 
+@dataclass(frozen=True, kw_only=True, slots=True)
+class SensorSheet:
+    """The data sheet of the robot's sensors: how far they reach, how wrong they are.
+
+    What an obstacle's true breakaway force is, over the perceived one, is log-normal
+    about `exp(z_common) exp(z_own)`: z_common is one number for all obstacles, z_own
+    one for each. Errors are those of the sensor as it is sold, not of this world.
+
+    Attributes:
+        range_m: Range of the obstacle sensor from the robot's body [m].
+        occlusion: Whether an obstacle is sensed only in line of sight.
+        pose_noise_m: Standard deviation of an obstacle's sensed position from the
+            robot, along each axis [m].
+        missed_detection: Probability that an obstacle in range is missed in a step.
+        force_error: Standard deviation of z_own.
+        force_scale_error: Standard deviation of z_common; 0 where there is none.
+        robot_pose_noise_m: Standard deviation of the robot's own position in the arena,
+            along each axis [m].
+        force_noise: Standard deviation of a felt force over that force.
+    """
+
+    range_m: float = 1.0
+    occlusion: bool = False
+    pose_noise_m: float = 0.0
+    missed_detection: float = 0.0
+    force_error: float = 0.0
+    force_scale_error: float = 0.0
+    robot_pose_noise_m: float = 0.0
+    force_noise: float = 0.0
+
+
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class Task:
     """What a planner is told before the first step.
@@ -32,9 +63,14 @@ class Task:
         control_period_s: Time for which one command holds [s].
         goal_tolerance_m: Distance to the goal that counts as reached [m].
         sensing_radius_m: Range of the obstacle sensor from the robot's body [m].
+        sensor: The data sheet of the sensors, that range included.
         max_steps: Control steps after which the episode ends.
         motion_cost_jpm: The protocol's kappa_d, energy per metre travelled [J/m].
         seed: The planner's own stream of randomness.
+        mission_day: Which day of a mission this is, from 0; None outside missions. The
+            days of a mission are tasks in one room: obstacles keep their ids, and start
+            and goal are new each day.
+        mission_days: How many days the mission has; None outside missions.
     """
 
     workspace_m: tuple[float, float, float, float]
@@ -51,6 +87,9 @@ class Task:
     max_steps: int
     motion_cost_jpm: float
     seed: int
+    mission_day: int | None = None
+    mission_days: int | None = None
+    sensor: SensorSheet = SensorSheet()
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -58,7 +97,7 @@ class SensedObstacle:
     """One obstacle as it was last seen.
 
     Attributes:
-        id: Its name, stable over the episode.
+        id: Its name, stable over the episode, and over the days of a mission.
         footprint: Outline on the floor at the pose of the last sighting.
         centroid_m: Centroid of that outline, shape (2,) [m].
         height_m: Height above the floor [m].
@@ -125,7 +164,8 @@ class Observation:
     Attributes:
         step: Control steps executed so far.
         time_s: Simulation time [s].
-        position_m: Centre of the robot, shape (2,) [m].
+        position_m: Centre of the robot, shape (2,) [m], as it knows it: obstacles in
+            sight carry the same error.
         velocity_mps: Its velocity, shape (2,) [m/s].
         battery: Remaining charge in [0, 1].
         bumper_force_n: Force on the bumper from its spring, shape (2,) [N].

@@ -9,7 +9,7 @@ from beacon_mj.interface import Observation, SensedObstacle, Task
 from beacon_mj.motion.detour import FreeRoute
 from beacon_mj.numerics import norm
 from beacon_mj.planners.checks import expect_between
-from beacon_mj.planners.contact.belief import FORCE_ERROR, BeliefSettings
+from beacon_mj.planners.contact.belief_settings import BeliefSettings
 from beacon_mj.planners.contact.candidates import PushPlan
 from beacon_mj.planners.contact.cost_to_go import TravelTimes
 from beacon_mj.planners.contact.decision import MOST_OPTIONS, Decision
@@ -17,11 +17,16 @@ from beacon_mj.planners.contact.limits import (
     PushLimits,
     PushSettings,
     careful_limits,
+    mass_error,
 )
 from beacon_mj.planners.contact.loop import ContactPlanner
 from beacon_mj.planners.contact.policy import PushPolicy
 
 _CUT_OFF_S = 60.0  #: What it counts for if nothing is left after a failed push [s].
+_BREAKS = 0.02  #: Probability that a gentle push breaks something fragile, at least.
+_BREAKS_DOUBTED = 0.1  #: The same where a mass is wrong by its own size.
+_PREMIUM = 0.3  #: Extra cost of ways through space that was never in range [m/m].
+_PREMIUM_HIDDEN = 1.0  #: The same where obstacles hide others.
 _Scored = tuple[float, PushPlan]  #: Expected time of a push [s].
 
 
@@ -29,22 +34,25 @@ _Scored = tuple[float, PushPlan]  #: Expected time of a push [s].
 class BeaconVoiConfig:
     """Parameters of `BeaconVoi`."""
 
-    #: Standard deviation of the logarithm of the perceived breakaway force.
-    force_error: float = FORCE_ERROR
+    #: Standard deviation of the logarithm of one obstacle's perceived breakaway force;
+    #: None for what the sensor's data sheet says.
+    force_error: float | None = None
     #: Time that a push which fails costs, touch and retreat included [s].
     failure_s: float = 3.0
     #: Time that a joule of pushing is worth, over that of a joule of driving.
     energy_weight: float = 0.3
     #: Cost of breaking something [s].
     damage_s: float = 60.0
-    #: Probability that a gentle push breaks something fragile.
-    break_probability: float = 0.02
+    #: Probability that a gentle push breaks something fragile; None for 0.02, and more
+    #: where the sensor's data sheet says that masses are badly perceived.
+    break_probability: float | None = None
     #: The same for a fragile obstacle in a chain reaction, pushed or reached.
     chain_break_probability: float = 0.3
     #: Probability of being fragile above which no chain reaction may reach it.
     accepted_fragile_chain: float = 0.1
-    #: Extra cost of ways through space that was never in range [m/m].
-    unknown_premium: float = 0.3
+    #: Extra cost of ways through space that was never in range [m/m]; None for 0.3, or
+    #: for 1.0 where obstacles hide others.
+    unknown_premium: float | None = None
     #: Least probability of giving way at which a push is considered.
     least_chance: float = 0.08
     #: How fast, and how carefully, it pushes.
@@ -60,16 +68,18 @@ class BeaconVoiConfig:
         Raises:
             PlannerError: If a field is out of range.
         """
-        for name in ("failure_s", "energy_weight", "damage_s", "unknown_premium"):
+        for name in ("failure_s", "energy_weight", "damage_s"):
             expect_between(name, getattr(self, name), 0.0, 1000.0)
-        for name in (
-            "break_probability",
-            "chain_break_probability",
-            "accepted_fragile_chain",
-        ):
+        for name in ("chain_break_probability", "accepted_fragile_chain"):
             expect_between(name, getattr(self, name), 0.0, 1.0)
         expect_between("least_chance", self.least_chance, 0.001, 1.0)
-        expect_between("force_error", self.force_error, 0.001, 3.0)
+        for name, low, high in (
+            ("force_error", 0.001, 3.0),
+            ("break_probability", 0.0, 1.0),
+            ("unknown_premium", 0.0, 1000.0),
+        ):
+            if (value := getattr(self, name)) is not None:
+                expect_between(name, value, low, high)
 
 
 class BeaconVoiPolicy(PushPolicy[BeaconVoiConfig]):
@@ -80,7 +90,8 @@ class BeaconVoiPolicy(PushPolicy[BeaconVoiConfig]):
     def reset(self, task: Task) -> None:
         """Forget everything."""
         super().reset(task)
-        self._times = TravelTimes(task, self.config.unknown_premium)
+        self._breaks = self._break_probability()
+        self._times = TravelTimes(task, self._unknown_premium())
 
     def observe(self, observation: Observation) -> None:
         """Note new obstacles, and what came into range."""
@@ -150,7 +161,8 @@ class BeaconVoiPolicy(PushPolicy[BeaconVoiConfig]):
     @property
     def force_error(self) -> float:
         """Standard deviation of the logarithm of a perceived breakaway force."""
-        return self.config.force_error
+        own = self.config.force_error
+        return super().force_error if own is None else own
 
     @property
     def expansions(self) -> int:
@@ -171,7 +183,7 @@ class BeaconVoiPolicy(PushPolicy[BeaconVoiConfig]):
     ) -> float:
         """Return Q_i with V_without_i given [s]."""
         cfg, task = self.config, self.task
-        limits = self.limits(observation, plan)
+        limits = self.allowed_limits(observation, plan)
         chance = math.prod(self.chance(o) for o in plan.moved(observation))
         touch_s = plan.lead_s(observation.position_m, task)
         push_s = plan.travel_m / limits.push_mps + self._worth_s(observation, plan)
@@ -193,13 +205,25 @@ class BeaconVoiPolicy(PushPolicy[BeaconVoiConfig]):
         joule_s = 1.0 / (task.motion_cost_jpm * task.speed_mps)
         worth = 0.0
         alone = len(plan.cascade.moved) == 1
-        breaks = cfg.break_probability if alone else cfg.chain_break_probability
+        breaks = self._breaks if alone else cfg.chain_break_probability
         for i, travel in plan.cascade.moved:
             obstacle = observation.obstacles[i]
             fragile = self.beliefs.probability(obstacle.id, "fragile")
             worth += cfg.damage_s * breaks * fragile
             worth += cfg.energy_weight * joule_s * travel * self.force_n(obstacle)
         return worth
+
+    def _break_probability(self) -> float:
+        """Return the probability that a gentle push breaks something fragile."""
+        if self.config.break_probability is not None:
+            return self.config.break_probability
+        return min(max(_BREAKS, _BREAKS_DOUBTED * mass_error(self.task.sensor)), 1.0)
+
+    def _unknown_premium(self) -> float:
+        """Return the extra cost of ways through unknown space [m/m]."""
+        if self.config.unknown_premium is not None:
+            return self.config.unknown_premium
+        return _PREMIUM_HIDDEN if self.task.sensor.occlusion else _PREMIUM
 
     def _round_s(self, plan: PushPlan) -> float:
         """Return the time round from where a push of `plan` would fail [s]."""

@@ -9,7 +9,7 @@ import numpy as np
 from beacon_mj.interface import Observation, Probabilities, SensedObstacle
 from beacon_mj.motion.detour import FreeRoute
 from beacon_mj.planners.checks import expect_all_between, expect_between
-from beacon_mj.planners.contact.belief import BeliefSettings
+from beacon_mj.planners.contact.belief_settings import BeliefSettings
 from beacon_mj.planners.contact.candidates import PushPlan
 from beacon_mj.planners.contact.decision import Decision, decide, decide_in_turn
 from beacon_mj.planners.contact.limits import PushLimits
@@ -111,7 +111,7 @@ class SemanticPolicy(PushPolicy[SemanticConfig]):
             observation,
             self.task,
             plan,
-            self.limits(observation, plan),
+            self.allowed_limits(observation, plan),
             risk=max(self._fixed_risk(o, contact=True) for o in moved),
             energy_j=math.fsum(
                 observation.obstacles[i].perceived_force_n * travel

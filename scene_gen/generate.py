@@ -5,7 +5,12 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from beacon_mj.errors import GenerationError, SceneError, unknown
+from beacon_mj.errors import (
+    GenerationError,
+    MalformedSceneError,
+    SceneError,
+    unknown,
+)
 from beacon_mj.scene import Certificate, Obstacle, Profile, Scene
 from beacon_mj.scene.certificates import certify
 from beacon_mj.scene.checks import check_scene
@@ -21,13 +26,14 @@ from beacon_mj.scene_gen.rooms import (
     start_and_goal,
     workspace_m,
 )
-from beacon_mj.scene_gen.sampling import Sampler
+from beacon_mj.scene_gen.sampling import NoMaterialError, Sampler
 from beacon_mj.streams import stream
 
 MARGIN_M = 0.02  #: Clearance beyond the disc at which certified ways still exist.
 PROPOSALS = 100  #: Proposals per scene before giving up.
-CROWDED = 10  #: The same if the obstacles never even fit.
+CROWDED = 10  #: The same if the obstacles never even fit, or none can be made.
 _NO_ROOM = "no room for that many obstacles"
+_NO_MATERIAL = "no material that fits a shape"
 
 
 def generate_scene(
@@ -66,6 +72,14 @@ def generate_scene(
             if reasons == {_NO_ROOM: CROWDED}:
                 break
             continue
+        except NoMaterialError:
+            _count(reasons, _NO_MATERIAL)
+            if reasons == {_NO_MATERIAL: CROWDED}:
+                raise
+            continue
+        except MalformedSceneError as error:
+            _count(reasons, str(error).rstrip("."))
+            continue
         except SceneError:
             _count(reasons, "overlap")
             continue
@@ -73,7 +87,9 @@ def generate_scene(
         missing = _missing(family, certificate)
         if certificate is not None and missing is None:
             scene = msgspec.structs.replace(proposal, certificate=certificate)
-            return perceive(scene, perception, seed)
+            scene = perceive(scene, perception, seed)
+            check_scene(scene)
+            return scene
         _count(reasons, missing or "inconclusive")
     worst = max(reasons, key=lambda r: reasons[r])
     raise GenerationError(

@@ -12,6 +12,7 @@ state another error and another concentration, or make its perceived values itse
 """
 
 import math
+from typing import NamedTuple
 
 import msgspec
 import numpy as np
@@ -28,6 +29,44 @@ SCORE_FLOOR = 0.01  #: Least score reported, so that evidence can revise it.
 MATERIAL_ERROR = 0.15  #: Standard deviation of the logarithm of density and friction.
 MISLEADING_ACCURACY = 0.5
 MISLEADING_CONFIDENCE = (0.85, 0.97)  #: Range of the score of the reported class.
+
+
+class ForceErrors(NamedTuple):
+    """How wrong perceived breakaway forces are, as the sensor's data sheet says.
+
+    Attributes:
+        force_error: Standard deviation of the logarithm of one obstacle's true over its
+            perceived force.
+        force_scale_error: The same of the factor that all obstacles have in common.
+    """
+
+    force_error: float
+    force_scale_error: float
+
+
+def force_errors(scene: Scene) -> ForceErrors:
+    """Return how wrong the perceived forces of a scene's sensor are, to two decimals.
+
+    A force is friction times density times what is known. The two errors are
+    independent and alike, so that of the force is sqrt(2) of one:
+
+        sigma_F = sqrt(2) sigma_material.
+
+    Where the perceived values are the family's own, the family says.
+    """
+    if scene.perception == "truth":
+        return ForceErrors(0.0, 0.0)
+    sensing = scene.sensing or Sensing()
+    if sensing.designed:
+        own, common = sensing.force_error, sensing.force_scale_error
+    else:
+        own, common = math.sqrt(2.0) * _material_error(sensing), 0.0
+    return ForceErrors(round(own or 0.0, 2), round(common or 0.0, 2))
+
+
+def _material_error(sensing: Sensing) -> float:
+    own = sensing.material_error
+    return MATERIAL_ERROR if own is None else own
 
 
 def perceive(scene: Scene, profile: Profile, seed: int) -> Scene:
@@ -77,8 +116,7 @@ def _perceived(
         drawn = _misleading_scores(truth, rng)
     scores = np.maximum(drawn, SCORE_FLOOR)
     a, b, c = (round(float(s), 6) for s in scores / scores.sum())
-    own = sensing.material_error
-    spread = MATERIAL_ERROR if own is None else own
+    spread = _material_error(sensing)
     error = [math.exp(spread * z) for z in rng.standard_normal(2).tolist()]
     return Perceived(
         scores=(a, b, c),

@@ -8,6 +8,7 @@ from msgspec import UNSET, UnsetType
 from beacon_mj.numerics import norm
 from beacon_mj.scene import Robot, Sensing
 from beacon_mj.scene_gen.family import Family
+from beacon_mj.scene_gen.perception import ForceErrors
 from beacon_mj.scene_gen.prototypes import DECIMALS
 
 Point = tuple[float, float]
@@ -21,6 +22,8 @@ _SENSING = {
     "sensing_radius": "radius_m",
     "pose_noise": "pose_noise_m",
     "missed_detection": "missed_detection",
+    "robot_pose_noise": "robot_pose_noise_m",
+    "force_noise": "force_noise",
     "material_error": "material_error",
     "score_concentration": "score_concentration",
 }
@@ -41,12 +44,14 @@ def robot_of(family: Family) -> Robot:
     return Robot(force_max_n=family.value("force_max"))
 
 
-def sensing_of(family: Family, *, designed: bool = False) -> Sensing | UnsetType:
+def sensing_of(
+    family: Family, designed: ForceErrors | None = None
+) -> Sensing | UnsetType:
     """Return how the family is sensed; unset if that is the protocol's to say.
 
     Args:
         family: The family.
-        designed: Whether its layout makes the perceived values.
+        designed: How wrong the perceived forces are, if its layout makes them.
     """
     values: dict[str, Any] = {
         field: family.value(name)
@@ -55,7 +60,9 @@ def sensing_of(family: Family, *, designed: bool = False) -> Sensing | UnsetType
     }
     if "occlusion" in family.numerics:
         values["occlusion"] = family.value("occlusion") >= 0.5
-    sensing = Sensing(**values, designed=designed)
+    if designed is not None:
+        values |= {"designed": True, **designed._asdict()}
+    sensing = Sensing(**values)
     return UNSET if sensing == Sensing() else sensing
 
 

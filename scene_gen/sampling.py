@@ -21,6 +21,10 @@ FEASIBLE = 0.95
 _TRIES = 1000
 
 
+class NoMaterialError(GenerationError):
+    """No density and friction of the family's fit a shape that was drawn."""
+
+
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Sampler:
     """Draws obstacles of one family with one generator."""
@@ -91,7 +95,7 @@ class Sampler:
             force = friction * density * shape.volume_m3 * GRAVITY
             if fixed or _fits(interaction, force / limit):
                 return density, friction
-        raise GenerationError(
+        raise NoMaterialError(
             f"{self.family.source}: expected the ranges of {interaction} density and "
             f"friction to allow a force "
             f"{'above' if interaction == 'safe' else 'below'} {limit:g} N for a "
@@ -105,7 +109,7 @@ class Sampler:
             density, friction = self._draw("movable")
             if friction * density * shape.volume_m3 * GRAVITY <= limit:
                 return density, friction
-        raise GenerationError(
+        raise NoMaterialError(
             f"{self.family.source}: expected the ranges of movable density and "
             f"friction to allow a door of {shape.volume_m3:.4f} m^3 below {limit:g} N."
         )

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from beacon_mj.geometry import Array, Footprint, Footprints
-from beacon_mj.interface import Command, Observation, Task
+from beacon_mj.interface import Command, Observation, SensorSheet, Task
 from beacon_mj.planners.base import Planner
 
 ROOM = (0.0, 0.0, 6.0, 6.0)
@@ -32,6 +32,7 @@ def make_task(
         max_steps=max_steps,
         motion_cost_jpm=1.0,
         seed=0,
+        sensor=SensorSheet(force_error=0.21),
     )
 
 

@@ -2,17 +2,18 @@
 
 import functools
 import math
-from dataclasses import dataclass
-from typing import Annotated, Any, TypeVar, get_args, get_type_hints
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal, TypeVar, get_args, get_type_hints
 
 import msgspec
 from msgspec import Meta
 
 from beacon_mj.constants import GRAVITY
-from beacon_mj.errors import RunError
+from beacon_mj.errors import RunError, unknown
+from beacon_mj.interface import SensorSheet
 from beacon_mj.scene import Scene, Sensing
+from beacon_mj.scene_gen.perception import force_errors
 
-NonNegative = Annotated[float, Meta(ge=0.0, le=1e6)]
 #: Sensing radius beyond every workspace [m].
 EVERYTHING_M = 100.0
 #: Key of the value at which a field hides nothing. Every field that makes the sensor
@@ -23,21 +24,17 @@ DIAGONAL_M = math.sqrt(72.0)
 STEPS = 1000  #: Control steps of an episode in a room of up to that diagonal.
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class SensorModel:
-    """The obstacle sensor of one episode.
-
-    Attributes:
-        radius_m: Its range r_s from the robot's body [m].
-        occlusion: Whether an obstacle is sensed only in line of sight.
-        pose_noise_m: Standard deviation of sensed positions [m].
-        missed_detection: Probability that an obstacle in range is missed in a step.
-    """
-
-    radius_m: float
-    occlusion: bool
-    pose_noise_m: float
-    missed_detection: float
+#: What each preset changes of the defaults; docs/command-line.md says why these values.
+PRESETS: Mapping[str, Mapping[str, float | bool]] = {
+    "paper": {},
+    "realistic": {
+        "occlusion": True,
+        "missed_detection": 0.05,
+        "pose_noise_m": 0.01,
+        "robot_pose_noise_m": 0.02,
+        "force_noise": 0.1,
+    },
+}
 
 
 class Protocol(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -50,8 +47,9 @@ class Protocol(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
             rooms of up to 6 x 6 m, and in larger ones for as many more as the room's
             diagonal is longer.
         goal_tolerance_m: Distance to the goal that counts as reached.
-        motion_cost_jpm: kappa_d of App. B, energy per metre [J/m]; None for a cost of
-            transport of 0.2, which is 0.2 m g.
+        motion_cost_jpm: kappa_d of App. B, energy per metre [J/m], at least 0.001:
+            energies are divided by it. None for a cost of transport of 0.2, which is
+            0.2 m g.
         battery_ends_episode: Whether an empty battery ends the episode.
         stuck_after_s: Time within which the robot must leave a disc of
             `stuck_radius_m`, or the outcome is `stuck`.
@@ -67,6 +65,12 @@ class Protocol(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
             0.
         missed_detection: Probability that an obstacle in range is missed in a step;
             None for the family's, or 0.
+        robot_pose_noise_m: Standard deviation of the robot's own position, along each
+            axis; None for the family's, or 0.
+        force_noise: Standard deviation of a felt force over that force; None for the
+            family's, or 0.
+        overnight: How each further day of a mission finds the room: `restored`, as the
+            scene has it, or `as_left` by the planner on the day before.
     """
 
     sensing_radius_m: (
@@ -75,7 +79,7 @@ class Protocol(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     ) = None
     max_steps: Annotated[int, Meta(ge=1, le=10**6)] | None = None
     goal_tolerance_m: Annotated[float, Meta(gt=0.0, le=1.0)] = 0.10
-    motion_cost_jpm: NonNegative | None = None
+    motion_cost_jpm: Annotated[float, Meta(ge=1e-3, le=1e6)] | None = None
     battery_ends_episode: bool = False
     stuck_after_s: Annotated[float, Meta(gt=0.0, le=1e4)] = 20.0
     stuck_radius_m: Annotated[float, Meta(gt=0.0, le=1.0)] = 0.05
@@ -89,6 +93,27 @@ class Protocol(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     missed_detection: (
         Annotated[float, Meta(ge=0.0, lt=1.0, extra={_CERTAIN: 0.0})] | None
     ) = None
+    robot_pose_noise_m: (
+        Annotated[float, Meta(ge=0.0, le=0.5, extra={_CERTAIN: 0.0})] | None
+    ) = None
+    force_noise: (
+        Annotated[float, Meta(ge=0.0, le=1.0, extra={_CERTAIN: 0.0})] | None
+    ) = None
+    overnight: Literal["restored", "as_left"] = "restored"
+
+    @classmethod
+    def preset(cls, name: str) -> "Protocol":
+        """Return a protocol of `PRESETS`.
+
+        Args:
+            name: `paper`, which is the default one, or `realistic`.
+
+        Raises:
+            RunError: If there is no preset of that name.
+        """
+        if name not in PRESETS:
+            raise RunError(unknown("protocol", name, PRESETS))
+        return cls(**PRESETS[name])  # type: ignore[arg-type]
 
     def certain(self) -> "Protocol":
         """Return this protocol with a sensor that senses everything, and exactly."""
@@ -124,14 +149,24 @@ class Protocol(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
             return self.max_steps
         return math.ceil(STEPS * max(1.0, diagonal_m(scene) / DIAGONAL_M))
 
-    def sensor(self, scene: Scene) -> SensorModel:
-        """Return the sensor: what is set here, else the family's, else the default."""
+    def sensor(self, scene: Scene) -> SensorSheet:
+        """Return the sensors: what is set here, else the family's, else the default.
+
+        How wrong perceived forces are is the family's and the profile's to say.
+        """
         own = scene.sensing or Sensing()
-        return SensorModel(
-            radius_m=_first(self.sensing_radius_m, own.radius_m, 1.0),
+        forces = force_errors(scene)
+        return SensorSheet(
+            range_m=_first(self.sensing_radius_m, own.radius_m, 1.0),
             occlusion=_first(self.occlusion, own.occlusion, False),
             pose_noise_m=_first(self.pose_noise_m, own.pose_noise_m, 0.0),
             missed_detection=_first(self.missed_detection, own.missed_detection, 0.0),
+            force_error=forces.force_error,
+            force_scale_error=forces.force_scale_error,
+            robot_pose_noise_m=_first(
+                self.robot_pose_noise_m, own.robot_pose_noise_m, 0.0
+            ),
+            force_noise=_first(self.force_noise, own.force_noise, 0.0),
         )
 
 

@@ -2,8 +2,9 @@
 
 An obstacle is sensed when the distance between the robot's body and its footprint is
 at most r_s, and whenever the robot touches it, whatever hides it. Once sensed it stays
-in the map with its last seen pose. Class, mass, friction and break force never cross;
-perceived values do, as the scene stores them.
+in the map with its last seen pose. It is sensed from the robot: where that is wrong
+about its own position, what it sees is off by as much. Class, mass, friction and break
+force never cross; perceived values do, as the scene stores them.
 """
 
 from dataclasses import replace
@@ -13,10 +14,10 @@ import shapely
 
 from beacon_mj.constants import CONTACT_N
 from beacon_mj.episode.protocol import Protocol
-from beacon_mj.geometry import Footprint, Footprints, Mask
+from beacon_mj.episode.sensor_noise import ForceGain, PoseError
+from beacon_mj.geometry import Array, Footprint, Footprints, Mask
 from beacon_mj.interface import Contact, Observation, PushEvidence, SensedObstacle
 from beacon_mj.numerics import norm
-from beacon_mj.scene import Obstacle
 from beacon_mj.streams import stream
 from beacon_mj.world import StepOutcome, World
 from beacon_mj.world.outcome import ROBOT
@@ -30,12 +31,18 @@ class Sensor:
         """Sense `world` under `protocol`; the noise stream is the scene's own."""
         self._world = world
         scene = world.scene
-        self._model = protocol.sensor(scene)
+        sheet = self._sheet = protocol.sensor(scene)
         self._rng = stream("sensor", scene.seed, scene.family, scene.index)
+        own = sheet.robot_pose_noise_m
+        self._pose = PoseError(scene, own) if own > 0.0 else None
+        felt = sheet.force_noise
+        self._gain = ForceGain(scene, felt) if felt > 0.0 else None
+        self._off_m: Array | None = None
         self._number = {o.id: i for i, o in enumerate(scene.obstacles)}
         self._order: list[int] = []
         self._seen: dict[int, SensedObstacle] = {}
         self._sighting: dict[int, Footprint] = {}
+        self._measured: dict[int, Footprint] = {}
         self._untold: list[AttemptEnd] = []
         self._stacked = Footprints()
         self._version = 0
@@ -44,20 +51,23 @@ class Sensor:
         """Return what is known after a control step, or at the start (None)."""
         world = self._world
         time_s = 0.0 if outcome is None else outcome.time_s
+        self._off_m = None if self._pose is None else self._pose.next_m()
+        gain = 1.0 if self._gain is None else self._gain.next()
         self._look(time_s, outcome)
+        position = world.position_m
         return Observation(
             step=0 if outcome is None else outcome.step,
             time_s=time_s,
-            position_m=world.position_m,
+            position_m=position if self._off_m is None else position + self._off_m,
             velocity_mps=world.velocity_mps,
             battery=battery,
-            bumper_force_n=world.bumper_force_n,
+            bumper_force_n=gain * world.bumper_force_n,
             drive_effort=0.0 if outcome is None else outcome.drive_effort,
             obstacles=tuple(self._seen[i] for i in self._order),
             footprints=self._stacked,
             map_version=self._version,
-            contacts=() if outcome is None else _felt(outcome),
-            evidence=() if outcome is None else self._evidence(outcome),
+            contacts=() if outcome is None else _felt(outcome, gain),
+            evidence=() if outcome is None else self._evidence(outcome, gain),
         )
 
     def _look(self, time_s: float, outcome: StepOutcome | None) -> None:
@@ -78,15 +88,15 @@ class Sensor:
 
     def _visible(self) -> Mask:
         """Return which obstacles are in range, and in sight, shape (n,)."""
-        world, model = self._world, self._model
+        world, sheet = self._world, self._sheet
         if len(world.footprints) == 0:
             return np.zeros(0, np.bool_)
         gaps = world.footprints.distance(world.position_m)
-        visible: Mask = gaps - world.scene.robot.radius_m <= model.radius_m
-        if model.occlusion:
+        visible: Mask = gaps - world.scene.robot.radius_m <= sheet.range_m
+        if sheet.occlusion:
             visible &= self._in_sight(visible)
-        if model.missed_detection > 0.0:
-            visible &= self._rng.random(len(visible)) >= model.missed_detection
+        if sheet.missed_detection > 0.0:
+            visible &= self._rng.random(len(visible)) >= sheet.missed_detection
         return np.asarray(visible)
 
     def _in_sight(self, candidates: Mask) -> Mask:
@@ -115,25 +125,31 @@ class Sensor:
         outline = world.outlines[i]
         before = self._seen.get(i)
         broken = bool(world.broken[i])
-        if before is not None and self._sighting[i] is outline:
+        same = before is not None and self._sighting[i] is outline
+        if before is not None and same and self._off_m is None:
             if before.seen_s != time_s or before.broken != broken or not before.visible:
                 self._seen[i] = replace(
                     before, visible=True, seen_s=time_s, broken=broken
                 )
             return False
-        self._sighting[i] = outline
-        self._seen[i] = self._sensed(world.scene.obstacles[i], outline, time_s, broken)
+        if not same:
+            self._sighting[i], self._measured[i] = outline, self._measure(outline)
+        self._seen[i] = self._sensed(i, time_s, broken)
         if before is None:
             self._order.append(i)
         return True
 
-    def _sensed(
-        self, obstacle: Obstacle, outline: Footprint, time_s: float, broken: bool
-    ) -> SensedObstacle:
-        if self._model.pose_noise_m > 0.0:
-            outline = outline.shifted(
-                self._model.pose_noise_m * self._rng.standard_normal(2)
-            )
+    def _measure(self, outline: Footprint) -> Footprint:
+        """Return an outline with the error of an obstacle's place from the robot."""
+        noise_m = self._sheet.pose_noise_m
+        if noise_m <= 0.0:
+            return outline
+        return outline.shifted(noise_m * self._rng.standard_normal(2))
+
+    def _sensed(self, i: int, time_s: float, broken: bool) -> SensedObstacle:
+        obstacle, outline = self._world.scene.obstacles[i], self._measured[i]
+        if self._off_m is not None:
+            outline = outline.shifted(self._off_m)
         perceived = obstacle.perceived
         return SensedObstacle(
             id=obstacle.id,
@@ -150,7 +166,7 @@ class Sensor:
             kind=perceived.kind,
         )
 
-    def _evidence(self, outcome: StepOutcome) -> tuple[PushEvidence, ...]:
+    def _evidence(self, outcome: StepOutcome, gain: float) -> tuple[PushEvidence, ...]:
         """Return the evidence about obstacles that are sensed in this step.
 
         What the robot touched always is. What broke unseen, by something else, is told
@@ -164,7 +180,8 @@ class Sensor:
             (told if sensed else untold).append(attempt)
         self._untold = untold
         return tuple(
-            PushEvidence(a.obstacle, a.evidence, a.force_n, a.ended_s) for a in told
+            PushEvidence(a.obstacle, a.evidence, gain * a.force_n, a.ended_s)
+            for a in told
         )
 
 
@@ -174,11 +191,12 @@ def _touched(outcome: StepOutcome) -> set[str]:
     return felt | {a.obstacle for a in outcome.own_attempts}
 
 
-def _felt(outcome: StepOutcome) -> tuple[Contact, ...]:
+def _felt(outcome: StepOutcome, gain: float = 1.0) -> tuple[Contact, ...]:
     """Return the obstacles that touch the bumper at the end of the step."""
     felt = []
     for c in outcome.contacts:
         size = norm(c.force_n[:2])
         if c.counterpart == ROBOT and c.filtered_n > CONTACT_N and size > 0.0:
-            felt.append(Contact(c.obstacle, c.force_n[:2] / size, c.filtered_n))
+            normal = c.force_n[:2] / size
+            felt.append(Contact(c.obstacle, normal, gain * c.filtered_n))
     return tuple(felt)

@@ -12,6 +12,7 @@ from beacon_mj.geometry import Array
 from beacon_mj.interface import Command
 from beacon_mj.scene import Scene
 from beacon_mj.world.outcome import StepOutcome
+from beacon_mj.world.overnight import Left
 
 Outcome = Literal[
     "reached",
@@ -50,7 +51,9 @@ class Trace:
     Attributes:
         planner: Name of the planner.
         scene: The whole truth about its world.
+        suite: The released suite that the scene is of, if it was shown to be of one.
         protocol: How it was run.
+        left: How the room was left the day before; None where it is as in the scene.
         start_m: Recorded start, shape (2,) [m].
         oracle: Whether the planner was told the truth about its world.
         first_sensed: Ids of obstacles sensed before the first step.
@@ -65,6 +68,8 @@ class Trace:
     protocol: Protocol
     start_m: Array
     oracle: bool = False
+    left: Left | None = None
+    suite: str | None = None
     first_sensed: tuple[str, ...] = ()
     steps: list[StepRecord] = field(default_factory=list)
     outcome: Outcome | None = None

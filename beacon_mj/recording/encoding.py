@@ -9,7 +9,7 @@ from beacon_mj.geometry import Array
 from beacon_mj.interface import Command, Observation, PlannerInfo, SensedObstacle
 from beacon_mj.recording.drawing import ARENA, stamp
 from beacon_mj.recording.messages import message
-from beacon_mj.world import Damage, PairForce
+from beacon_mj.world import Damage, PairForce, World
 from beacon_mj.world.pushes import AttemptEnd
 
 
@@ -35,15 +35,27 @@ def step_message(record: StepRecord) -> Any:
     return out
 
 
-def start_message(observation: Observation) -> Any:
+def start_message(world: World, observation: Observation) -> Any:
     """Return the same message for the start: step 0, with what is sensed there."""
     out = message("beacon_mj.Step")(
         battery=observation.battery,
         newly_sensed=[o.id for o in observation.obstacles],
     )
+    set_planar(out.position_m, world.position_m)
+    set_planar(out.velocity_mps, world.velocity_mps)
+    set_planar(out.bumper_force_n, world.bumper_force_n)
+    return out
+
+
+def told_message(observation: Observation) -> Any:
+    """Return what the planner was told about itself, where that is not the truth."""
+    out = message("beacon_mj.Told")()
     set_planar(out.position_m, observation.position_m)
-    set_planar(out.velocity_mps, observation.velocity_mps)
     set_planar(out.bumper_force_n, observation.bumper_force_n)
+    for contact in observation.contacts:
+        out.contacts.add(obstacle=contact.id, force_n=contact.force_n)
+    for evidence in observation.evidence:
+        out.evidence.add(obstacle=evidence.id, force_n=evidence.force_n)
     return out
 
 

@@ -61,10 +61,10 @@ class Recorder:
             self._open(trace, world)
             self._reset()
             self._put("/scene", drawing.scene_update(world, 0))
-            self._log_transforms(world, observation, 0)
+            self._log_transforms(world, 0)
             self._log_state(world, 0)
             self._log_sensed(observation)
-            self._put("/step", encoding.start_message(observation))
+            self._put("/step", encoding.start_message(world, observation))
             self._writer.flush()
 
     def step(self, record: StepRecord, world: World, observation: Observation) -> None:
@@ -74,7 +74,7 @@ class Recorder:
             self._log_decision(record)
             before, self._time_ns = self._time_ns, time_ns
             self._log_state(world, record.outcome.step)
-            self._log_transforms(world, observation, before)
+            self._log_transforms(world, before)
             self._log_sensed(observation)
             self._log_outcome(record, world)
             self._put("/step", encoding.step_message(record))
@@ -127,6 +127,8 @@ class Recorder:
             self._writer.put(attachment)
         self._register()
         self._ids = [o.id for o in trace.scene.obstacles]
+        sheet = trace.protocol.sensor(trace.scene)
+        self._misled = sheet.robot_pose_noise_m > 0.0 or sheet.force_noise > 0.0
 
     def _register(self) -> None:
         """Register every topic, and every schema once."""
@@ -188,15 +190,13 @@ class Recorder:
             split = path[:0], len(path)
         return split
 
-    def _log_transforms(
-        self, world: World, observation: Observation, before_ns: int
-    ) -> None:
+    def _log_transforms(self, world: World, before_ns: int) -> None:
         """Write the poses of the robot and of all obstacles that moved.
 
         Viewers interpolate between transforms, so an obstacle that starts to move is
         first written once more where it rested.
         """
-        poses, position = world.poses, observation.position_m
+        poses, position = world.poses, world.position_m
         ids = self._ids
         if len(self._poses) != len(poses):
             moving, started = np.ones(len(ids), np.bool_), np.zeros(len(ids), np.bool_)
@@ -215,7 +215,9 @@ class Recorder:
         self._put("/state", self._state.message(step, data.qpos, data.qvel))
 
     def _log_sensed(self, observation: Observation) -> None:
-        """Write the sensor's map where it changed."""
+        """Write the sensor's map where it changed, and what is not as it is."""
+        if self._misled:
+            self._put("/told", encoding.told_message(observation))
         updated = []
         for o in observation.obstacles:
             known = self._mapped.get(o.id)

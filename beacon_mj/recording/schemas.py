@@ -79,6 +79,9 @@ BEACON: Final[dict[str, str]] = {
     "SensedObstacle": "obstacle:string centroid_m:foxglove.Vector2 "
     "density_kgm3:double friction:double scores:ClassBelief broken:bool "
     "kind:?string",
+    "FeltForce": "obstacle:string force_n:double",
+    "Told": "position_m:foxglove.Vector2 bumper_force_n:foxglove.Vector2 "
+    "contacts:*FeltForce evidence:*FeltForce",
     "Sensed": "visible:*string updated:*SensedObstacle",
 }
 
@@ -95,6 +98,7 @@ TOPICS: Final[dict[str, str]] = {
     "/decision": "beacon_mj.Decision",
     "/belief": "beacon_mj.Belief",
     "/sensed": "beacon_mj.Sensed",
+    "/told": "beacon_mj.Told",
     "/push": "beacon_mj.Push",
     "/damage": "beacon_mj.Damage",
     "/state": "beacon_mj.State",

@@ -74,6 +74,11 @@ class Sensing(Record, frozen=True, kw_only=True, omit_defaults=True):
         material_error: Standard deviation of the logarithm of perceived density, and
             of perceived friction.
         score_concentration: Concentration of the scores of profile `noisy`.
+        robot_pose_noise_m: Standard deviation of the robot's own position.
+        force_noise: Standard deviation of a felt force over that force.
+        force_error: Standard deviation of the logarithm of one obstacle's true over its
+            perceived breakaway force, where the perceived values are the family's own.
+        force_scale_error: The same of the factor that all obstacles have in common.
         designed: Whether the perceived values of profile `noisy` are the family's own;
             only the generator can make them.
     """
@@ -84,4 +89,8 @@ class Sensing(Record, frozen=True, kw_only=True, omit_defaults=True):
     missed_detection: Probability | None = None
     material_error: NonNegative | None = None
     score_concentration: Positive | None = None
+    robot_pose_noise_m: NonNegative | None = None
+    force_noise: NonNegative | None = None
+    force_error: NonNegative | None = None
+    force_scale_error: NonNegative | None = None
     designed: bool = False

@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+from msgspec import UNSET
 
 from beacon_mj.episode.trace import Trace
 from beacon_mj.errors import LogError
@@ -39,8 +40,11 @@ def measure(trace: Trace) -> Row:
     return Row(
         planner=trace.planner,
         oracle=trace.oracle,
+        suite=trace.suite,
         family=scene.family,
         scene_index=scene.index,
+        mission=None if scene.mission is UNSET else scene.mission,
+        day=None if scene.day is UNSET else scene.day,
         scene_sha256=scene.sha256,
         perception=scene.perception,
         seed=scene.seed,

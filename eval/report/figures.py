@@ -31,6 +31,7 @@ _STYLES = (
     ("#000000", "X"),
     ("#8C5A2B", "*"),
     ("#777777", "<"),
+    ("#8B7500", ">"),
 )
 _DASHES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 3)))
 #: Planners that keep their colour from report to report.
@@ -44,6 +45,7 @@ _KNOWN = (
     "push-through",
     "impact",
     "clairvoyant",
+    "beacon-kinds",
 )
 #: What the Pareto plots set against success: column, axis.
 PARETO = (
@@ -128,6 +130,38 @@ def peak_forces(rows: Sequence[Row]) -> str:
     axes.set_xlim(left=0.0)
     axes.set_ylim(-2, 102)
     _legend(figure, axes)
+    return _svg(figure)
+
+
+def learning_curves(
+    missions: dict[str, dict[str, Any]], family: str, told: Sequence[str] = ()
+) -> str:
+    """Return the mean steps of each day of a family's missions, a curve a planner.
+
+    Args:
+        missions: Entry `missions` of a summary.
+        family: Which family.
+        told: The planners that are oracles.
+    """
+    figure, axes = _panel("day of the mission", "mean steps, 95 % interval")
+    names = [name for name, own in missions.items() if family in own]
+    for k, name in enumerate(names):
+        found = [day["mean"]["steps"] for day in missions[name][family]["by_day"]]
+        colour, marker = _style(name, names)
+        # A little apart, so that intervals do not hide each other.
+        x = [1 + n + 0.06 * (k - 0.5 * (len(names) - 1)) for n in range(len(found))]
+        y = [c["mean"] for c in found]
+        ends = [
+            [0.0 if c[end] is None else abs(c[end] - c["mean"]) for c in found]
+            for end in ("low", "high")
+        ]
+        axes.errorbar(
+            x, y, yerr=ends, color=colour, marker=marker, ms=5, lw=1.2,
+            ls=_DASHES[k % len(_DASHES)], label=_label(name, told),
+        )  # fmt: skip
+    axes.set_xticks(range(1, 1 + max(missions[n][family]["days"] for n in names)))
+    axes.set_ylim(bottom=0.0)
+    _legend(figure, axes, columns=1 if max(map(len, names)) > 20 else 3)
     return _svg(figure)
 
 

@@ -25,6 +25,7 @@ from beacon_mj.eval.report.episodes import (
 from beacon_mj.eval.runs.overrides import dotted
 from beacon_mj.eval.runs.run_folder import TABLE
 from beacon_mj.eval.statistics.compare import Comparison, compare_pairs
+from beacon_mj.eval.statistics.grouping import NO_SUITE, shown
 from beacon_mj.eval.statistics.oracles import NOTE
 from beacon_mj.eval.statistics.pairing import (
     Arm,
@@ -51,6 +52,14 @@ class Figure(NamedTuple):
 
     source: str
     caption: str
+
+
+class Missions(NamedTuple):
+    """What the page shows of the missions of one family."""
+
+    results: tables.Table
+    differences: tables.Table
+    curves: Figure
 
 
 class Calibration(NamedTuple):
@@ -107,6 +116,7 @@ def render_report(
         outcomes=made.outcomes,
         reasons=reasons(rows),
         figures=_figures(summary, rows),
+        missions=made.missions,
         beliefs=made.beliefs,
         calibrations=[*_calibrations(run)],
         focus=focus,
@@ -123,7 +133,14 @@ def page_tables(run: Results, baseline: str | None = None) -> list[str]:
     macro = _template("table.html.j2").module.table
     return [
         str(macro(each))
-        for each in (*made.results, made.outcomes, *made.differences, made.beliefs)
+        for each in (
+            *made.results,
+            made.outcomes,
+            *made.differences,
+            made.beliefs,
+            *(m.results for m in made.missions),
+            *(m.differences for m in made.missions if m.differences.groups),
+        )
         if each is not None
     ]
 
@@ -135,16 +152,18 @@ class _Tables(NamedTuple):
     differences: list[tables.Table]
     outcomes: tables.Table
     beliefs: tables.Table | None
+    missions: list[Missions]
 
 
 def _tables(summary: dict[str, Any], found: Sequence[Comparison]) -> _Tables:
-    families = [*dict.fromkeys(f for own in summary["tables"].values() for f in own)]
-    shown = families[1:] if len(families) == 2 else families
+    families = dict.fromkeys(f for own in summary["tables"].values() for f in own)
+    names = shown([*families])
     return _Tables(
-        [tables.results(summary, family) for family in shown],
-        [tables.differences(found, family) for family in shown],
+        [tables.results(summary, name) for name in names],
+        [tables.differences(found, name) for name in names],
         tables.outcomes(summary),
         tables.beliefs(summary),
+        _missions(summary, found),
     )
 
 
@@ -153,6 +172,8 @@ def _summary(run: Results) -> dict[str, Any]:
     summary = summarize([row for own in run.planners.values() for row in own])
     tables_by = summary["tables"]
     summary["tables"] = {name: tables_by[name] for name in run.planners}
+    if missions := summary.get("missions"):
+        summary["missions"] = {n: missions[n] for n in run.planners if n in missions}
     return summary
 
 
@@ -204,6 +225,8 @@ def _facts(run: Results, rows: Sequence[Row]) -> dict[str, Any]:
         "episodes": len(rows),
         "scenes": len(hashes),
         "planners": len(run.planners),
+        "suites": _suites(rows),
+        "notes": run.notes(),
         "finished": (run.folder / TABLE).is_file(),
         "solved": sum(row.success for row in rows),
         "seed": config.seed,
@@ -216,6 +239,14 @@ def _facts(run: Results, rows: Sequence[Row]) -> dict[str, Any]:
     }
 
 
+def _suites(rows: Sequence[Row]) -> list[str]:
+    """Return the suites of the scenes, and `no suite` beside others for the rest."""
+    found = [*dict.fromkeys(row.suite for row in rows)]
+    if found == [None]:
+        return []
+    return [NO_SUITE if suite is None else suite for suite in found]
+
+
 def _figures(summary: dict[str, Any], rows: Sequence[Row]) -> dict[str, list[Figure]]:
     return {
         "pareto": [
@@ -226,6 +257,23 @@ def _figures(summary: dict[str, Any], rows: Sequence[Row]) -> dict[str, list[Fig
         ],
         "forces": [Figure(_data(figures.peak_forces(rows)), "Peak forces by planner")],
     }
+
+
+def _missions(summary: dict[str, Any], found: Sequence[Comparison]) -> list[Missions]:
+    """Return what there is to show of missions, family by family."""
+    missions = summary.get("missions", {})
+    families = dict.fromkeys(family for own in missions.values() for family in own)
+    return [
+        Missions(
+            tables.missions(summary, family),
+            tables.differences(found, family, whole_missions=True),
+            Figure(
+                _data(figures.learning_curves(missions, family, summary["oracles"])),
+                f"Learning curves: steps by day, {family}",
+            ),
+        )
+        for family in families
+    ]
 
 
 def _calibrations(run: Results) -> Iterable[Calibration]:

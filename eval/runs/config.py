@@ -1,28 +1,39 @@
 """What an evaluation runs: everything that is needed to repeat it."""
 
 import hashlib
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
 import msgspec
+from msgspec import UNSET
 
 from beacon_mj.constants import SCHEMA
 from beacon_mj.episode.protocol import Protocol
 from beacon_mj.errors import RunError, unknown
-from beacon_mj.eval.runs.scene_cache import cached_scene
+from beacon_mj.eval.runs.missions import (
+    check_stored_days,
+    check_whole,
+    days_of,
+    share_missions,
+)
+from beacon_mj.eval.runs.scene_cache import cached_scene, released_scene_suite
 from beacon_mj.eval.runs.shards import Shard, share
 from beacon_mj.files import files_below
 from beacon_mj.scene import Profile, Scene
 from beacon_mj.scene.files import load_scene
-from beacon_mj.scene_gen.family import (
-    default_families,
-    family_sha256,
-    load_family,
+from beacon_mj.scene_gen.family import family_sha256, load_family
+from beacon_mj.scene_gen.learning.rounds import (
+    SCENES,
+    cut_round,
+    default_scenes,
+    round_scenes,
 )
 from beacon_mj.scene_gen.own_layouts import check_layout
 from beacon_mj.scene_gen.perception import perceive
+from beacon_mj.scene_gen.suites import chosen_families, released_suite
 
 Logging = Literal["all", "failures", "none"]
 
@@ -70,6 +81,22 @@ class PlannerEntry(msgspec.Struct, frozen=True, kw_only=True):
         return self.name.partition("[")[0] if self.varied else self.name
 
 
+class FamilyScenes(msgspec.Struct, frozen=True, kw_only=True):
+    """What a run has of a family.
+
+    Attributes:
+        suite: The released suite whose scenes these are; None for others, and of
+            stored scenes, of which each row says it.
+        count: Number of scenes, of all shards together.
+        round: Scenes of a whole round of its latent worlds; 1 where nothing is dealt in
+            rounds.
+    """
+
+    suite: str | None
+    count: int
+    round: int = 1
+
+
 class RunConfig(msgspec.Struct, frozen=True, kw_only=True):
     """An evaluation. Two runs with equal configurations have equal results.
 
@@ -78,7 +105,9 @@ class RunConfig(msgspec.Struct, frozen=True, kw_only=True):
         planners: Who runs, each through every scene.
         families: SHA-256 of each family's files, by name; of stored scenes, of all
             their hashes.
-        scenes_per_family: Scenes per family; None for all that are stored.
+        scenes: Suite, number of scenes and length of a round of each family, by name.
+        scenes_per_family: Scenes per family, as asked for; None for the whole rounds
+            nearest to 100, or for all that are stored.
         seed: Seed of scenes, perception and planners.
         perception: Profile; None leaves stored scenes as they are.
         scene_dir: Folder of stored scenes, or None to generate them.
@@ -93,6 +122,7 @@ class RunConfig(msgspec.Struct, frozen=True, kw_only=True):
     schema: int = SCHEMA
     planners: tuple[PlannerEntry, ...]
     families: dict[str, str]
+    scenes: dict[str, FamilyScenes] = {}
     scenes_per_family: int | None
     seed: int
     perception: Profile | None
@@ -112,33 +142,97 @@ class RunConfig(msgspec.Struct, frozen=True, kw_only=True):
 
 @dataclass(frozen=True, slots=True)
 class SceneRef:
-    """Where a scene comes from: generated, or read from `path`."""
+    """Where a scene comes from: generated, or read from `path`.
+
+    Attributes:
+        family: Its family.
+        index: Its number in the family.
+        path: Its file; None if it is generated.
+        mission: The mission that it is a day of; None for a scene of its own.
+    """
 
     family: str
     index: int
     path: str | None = None
+    mission: int | None = None
 
 
 def generated_scenes(
-    families: Sequence[str], scenes_per_family: int, templates: Path | None
+    families: Sequence[str],
+    scenes_per_family: int | None,
+    templates: Path | None,
+    suites: Sequence[str] = (),
+    about: int = SCENES,
 ) -> tuple[dict[str, str], list[SceneRef]]:
     """Return the hash of each family's files, and the scenes to generate.
 
+    Args:
+        families: Names of families.
+        scenes_per_family: Scenes of each; None for the whole rounds nearest to `about`.
+        templates: Folder of the user's own templates.
+        suites: Suites, in place of `families`.
+        about: See `scenes_per_family`.
+
     Raises:
         TemplateError: If a family does not exist or its template is no good.
+        RunError: If the scenes are no whole missions.
     """
-    names = dict.fromkeys(families or default_families(templates))
-    for name in names:
-        check_layout(load_family(name, templates))
-    return _hashed_scenes([*names], scenes_per_family, templates)
+    counts = {}
+    for name in chosen_families(families, suites, templates):
+        family = load_family(name, templates)
+        check_layout(family)
+        counts[name] = scenes_per_family or default_scenes(family, about)
+        check_whole(name, counts[name], days_of(family) or 1)
+    return _hashed_scenes(counts, templates)
 
 
 def _hashed_scenes(
-    names: Sequence[str], scenes_per_family: int, templates: Path | None
+    counts: Mapping[str, int], templates: Path | None
 ) -> tuple[dict[str, str], list[SceneRef]]:
     """Return the same of families that are there, without running any layout's code."""
-    hashes = {name: family_sha256(name, templates) for name in names}
-    return hashes, [SceneRef(n, i) for n in names for i in range(scenes_per_family)]
+    hashes = {name: family_sha256(name, templates) for name in counts}
+    refs = list[SceneRef]()
+    for name, count in counts.items():
+        days = days_of(load_family(name, templates))
+        refs += [
+            SceneRef(name, i, mission=None if days is None else i // days)
+            for i in range(count)
+        ]
+    return hashes, refs
+
+
+def family_scenes(
+    hashes: Mapping[str, str],
+    refs: Sequence[SceneRef],
+    templates: Path | None,
+    *,
+    stored: bool = False,
+) -> dict[str, FamilyScenes]:
+    """Return what a run has of each family.
+
+    Args:
+        hashes: SHA-256 of each family's files.
+        refs: All scenes of the run.
+        templates: Folder of the user's own templates.
+        stored: Whether the scenes are read; of these nothing but the number is known.
+    """
+    counts = Counter(ref.family for ref in refs)
+    if stored:
+        return {n: FamilyScenes(suite=None, count=counts[n]) for n in hashes}
+    return {
+        name: FamilyScenes(
+            suite=released_suite(name, sha256),
+            count=counts[name],
+            round=round_scenes(load_family(name, templates)),
+        )
+        for name, sha256 in hashes.items()
+    }
+
+
+def cut_rounds(scenes: Mapping[str, FamilyScenes]) -> list[str]:
+    """Return a line for each family of which a run cuts a round."""
+    lines = (cut_round(n, each.count, each.round) for n, each in scenes.items())
+    return [line for line in lines if line is not None]
 
 
 def stored_scenes(
@@ -147,11 +241,12 @@ def stored_scenes(
     """Return the families, and the scenes, that are stored below `folder`.
 
     Raises:
-        RunError: If there is none, or two are the same episode.
+        RunError: If there is none, two are the same episode, or days of a mission are
+            missing.
         SceneError: If a file is no valid scene.
     """
     found: dict[tuple[str, int], SceneRef] = {}
-    hashes: dict[SceneRef, str] = {}
+    scene_of: dict[SceneRef, Scene] = {}
     for path in files_below(folder, ".json"):
         scene = load_scene(path)
         key = scene.family, scene.index
@@ -161,7 +256,7 @@ def stored_scenes(
                 f"but both are {scene.name}."
             )
         found[key] = SceneRef(*key, str(path.resolve()))
-        hashes[found[key]] = scene.sha256
+        scene_of[found[key]] = scene
     if not found:
         raise RunError(f"{folder}: expected a folder of scenes (*.json).")
     known = dict.fromkeys(family for family, _ in sorted(found))
@@ -170,12 +265,16 @@ def stored_scenes(
             raise RunError(f"{folder}: {unknown('family', name, known)}")
     refs, digests = [], {}
     for name in dict.fromkeys(families or known):
-        own = [found[key] for key in sorted(found) if key[0] == name][
-            :scenes_per_family
-        ]
-        all_hashes = "".join(hashes[ref] for ref in own)
+        own = [found[key] for key in sorted(found) if key[0] == name]
+        own = own[:scenes_per_family]
+        scenes = [scene_of[ref] for ref in own]
+        check_stored_days(folder, scenes)
+        all_hashes = "".join(scene.sha256 for scene in scenes)
         digests[name] = hashlib.sha256(all_hashes.encode()).hexdigest()
-        refs += own
+        refs += [
+            replace(ref, mission=None if scene.mission is UNSET else scene.mission)
+            for ref, scene in zip(own, scenes, strict=True)
+        ]
     return digests, refs
 
 
@@ -200,8 +299,31 @@ def scene_refs(config: RunConfig) -> tuple[dict[str, str], list[SceneRef]]:
         hashes, refs = stored_scenes(Path(config.scene_dir), names, count)
     else:
         templates = None if config.templates is None else Path(config.templates)
-        hashes, refs = _hashed_scenes(names, count or 0, templates)
-    return hashes, share(refs, config.shard)
+        counts = dict.fromkeys(names, count or 0)
+        counts |= {name: each.count for name, each in config.scenes.items()}
+        hashes, refs = _hashed_scenes(counts, templates)
+    return hashes, share_missions(refs, config.shard)
+
+
+def suite_of_ref(config: RunConfig, ref: SceneRef, scene: Scene) -> str | None:
+    """Return the released suite that a scene of a run is of, or None.
+
+    A stored scene is of a suite if it is the one that the shipped family gives.
+    """
+    if ref.path is not None:
+        return released_scene_suite(scene)
+    own = config.scenes.get(ref.family)
+    return None if own is None else own.suite
+
+
+def with_count(config: RunConfig, scenes_per_family: int) -> RunConfig:
+    """Return a run with another number of scenes of each family."""
+    replace = msgspec.structs.replace
+    counted = {
+        name: replace(each, count=scenes_per_family)
+        for name, each in config.scenes.items()
+    }
+    return replace(config, scenes=counted, scenes_per_family=scenes_per_family)
 
 
 def load_ref(config: RunConfig, ref: SceneRef) -> Scene:

@@ -15,23 +15,30 @@ from beacon_mj.eval.runs.config import (
     PlannerEntry,
     RunConfig,
     SceneRef,
+    cut_rounds,
+    family_scenes,
     generated_scenes,
     scene_refs,
     stored_scenes,
 )
 from beacon_mj.eval.runs.jobs import Fault, Handovers, Job
 from beacon_mj.eval.runs.lineup import PYTHON, PlannerChoice, line_up
+from beacon_mj.eval.runs.missions import share_missions
 from beacon_mj.eval.runs.progress import Progress
 from beacon_mj.eval.runs.run_folder import RunFolder, free_name, load_config
-from beacon_mj.eval.runs.runner import plan, run_jobs
-from beacon_mj.eval.runs.shards import parse_shard, share
+from beacon_mj.eval.runs.runner import plan, resumable, run_jobs
+from beacon_mj.eval.runs.shards import parse_shard
 from beacon_mj.eval.runs.variants import Values, VaryValues
 from beacon_mj.eval.runs.versions import versions
 from beacon_mj.scene import Profile
 
-SCENES_PER_FAMILY = 100  #: Unless the user says otherwise.
 #: Options whose names on the command line are others.
-_FLAGS = {"planners": "planner", "families": "family", "settings": "set"}
+_FLAGS = {
+    "planners": "planner",
+    "families": "family",
+    "suites": "suite",
+    "settings": "set",
+}
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -42,6 +49,7 @@ class EvaluationOptions:
     settings: Values = ()
     vary: VaryValues = ()
     families: Sequence[str] = ()
+    suites: Sequence[str] = ()
     scenes_per_family: int | None = None
     seed: int = 0
     perception: Profile | None = None
@@ -78,6 +86,10 @@ class Evaluation:
         """Number of episodes of the whole run."""
         return len(self.config.planners) * len(self.refs)
 
+    def notes(self) -> list[str]:
+        """Return what is to be said before it starts: rounds that it cuts."""
+        return cut_rounds(self.config.scenes)
+
     def run(self, workers: int | str, progress: Progress) -> None:
         """Run what is left; rows are on disk as soon as they are in `rows`.
 
@@ -90,11 +102,11 @@ class Evaluation:
             KeyboardInterrupt: With a note that says how to go on.
         """
         try:
+            jobs = plan(self.config, self.refs, self.rows)
+            self.rows = self.folder.keep(resumable(jobs, self.rows), self.rows)
             with progress("", self.total) as update:
                 update(self.rows)
-                for new in self._stream(
-                    plan(self.config, self.refs, self.rows), workers
-                ):
+                for new in self._stream(jobs, workers):
                     self.folder.append(new)
                     self.rows += new
                     update(new)
@@ -207,6 +219,11 @@ def _configured(options: EvaluationOptions, out: Path | None) -> Evaluation:
         raise RunError("--planner: expected a planner's name, such as beacon, or all.")
     if stored is not None and templates is not None:
         raise RunError("--templates: expected no templates with --scene-dir.")
+    if stored is not None and options.suites:
+        raise RunError(
+            "--suite: expected none with --scene-dir: name families of the stored "
+            "scenes with --family."
+        )
     shard = None if options.shard is None else parse_shard(options.shard)
     entries, protocol, handed = line_up(
         options.planners,
@@ -217,13 +234,15 @@ def _configured(options: EvaluationOptions, out: Path | None) -> Evaluation:
     )
     count = options.scenes_per_family
     if stored is None:
-        count = SCENES_PER_FAMILY if count is None else count
-        hashes, refs = generated_scenes(options.families, count, templates)
+        hashes, refs = generated_scenes(
+            options.families, count, templates, options.suites
+        )
     else:
         hashes, refs = stored_scenes(stored, options.families, count)
     config = RunConfig(
         planners=entries,
         families=hashes,
+        scenes=family_scenes(hashes, refs, templates, stored=stored is not None),
         scenes_per_family=count,
         seed=options.seed,
         perception=options.perception or (None if stored else "noisy"),
@@ -236,7 +255,7 @@ def _configured(options: EvaluationOptions, out: Path | None) -> Evaluation:
     )
     folder = RunFolder(out or free_name(_stem(config)))
     return Evaluation(
-        config=config, refs=share(refs, shard), folder=folder, handed=handed
+        config=config, refs=share_missions(refs, shard), folder=folder, handed=handed
     )
 
 

@@ -11,9 +11,11 @@ from beacon_mj.eval.runs.frame import frame
 from beacon_mj.eval.runs.jobs import Fault
 from beacon_mj.eval.runs.log_files import log_file
 from beacon_mj.eval.runs.run_folder import load_config, load_rows
+from beacon_mj.eval.statistics.missions import mission_frame
 from beacon_mj.eval.statistics.summary import summarize
 from beacon_mj.eval.statistics.summary_table import SummaryTable
 from beacon_mj.rendering.tables import Tabular
+from beacon_mj.scene_gen.learning.rounds import cut_round
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -55,6 +57,14 @@ class Results(Tabular):
         """
         return frame(self.episodes, self.config)
 
+    def missions(self) -> "pl.DataFrame":
+        """Return a line a planner and mission: its columns, over all days together.
+
+        Sums of steps, lengths, energies and counts; `success` is that of all days.
+        Empty for a run without missions; those that lack a day are left out.
+        """
+        return mission_frame(self.episodes)
+
     @property
     def planners(self) -> dict[str, list[Row]]:
         """The rows by planner, in the order in which the planners were given."""
@@ -70,7 +80,19 @@ class Results(Tabular):
 
     def table(self) -> SummaryTable:
         """Return the tables: success, lengths, energy, and how episodes ended."""
-        return SummaryTable(self.summary())
+        return SummaryTable(self.summary(), self.notes())
+
+    def notes(self) -> list[str]:
+        """Return a line for each family of which the episodes cut a round."""
+        indices: dict[str, set[int]] = {}
+        for row in self.episodes:
+            indices.setdefault(row.family, set()).add(row.scene_index)
+        rounds = {n: each.round for n, each in self.config.scenes.items()}
+        lines = (
+            cut_round(name, len(own), rounds.get(name, 1))
+            for name, own in indices.items()
+        )
+        return [line for line in lines if line is not None]
 
     def tables(self) -> "Sequence[Table | str]":
         """Return the tables one by one."""

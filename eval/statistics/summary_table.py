@@ -5,6 +5,7 @@ from typing import Any
 
 from rich.table import Table
 
+from beacon_mj.eval.statistics.grouping import shown
 from beacon_mj.eval.statistics.oracles import NOTE, marked, oracles_of
 from beacon_mj.eval.statistics.summary import OUTCOMES, OVERALL
 from beacon_mj.rendering.tables import Tabular, add_line, plain_table
@@ -30,21 +31,23 @@ LEGEND = (
 class SummaryTable(Tabular):
     """Overall and per-family tables, then how episodes ended."""
 
-    def __init__(self, summary: dict[str, Any]) -> None:
-        """Show a summary; see `summarize`."""
+    def __init__(self, summary: dict[str, Any], notes: Sequence[str] = ()) -> None:
+        """Show a summary, see `summarize`, and what is to be said of it."""
         self.summary = summary
+        self.notes = tuple(notes)
 
     def tables(self) -> Sequence[Table | str]:
         """Return a table a family, and one of the outcomes."""
         cells, told = self.summary["tables"], oracles_of(self.summary)
-        families = dict.fromkeys(f for own in cells.values() for f in own)
-        if len(families) == 2:  # One family: overall would say the same again.
-            del families[OVERALL]
+        names = dict.fromkeys(f for own in cells.values() for f in own)
         parts: list[Table | str] = []
-        for family in families:
-            parts += [_results(family, cells, told), ""]
-        parts += [_outcomes(cells, told), LEGEND]
-        return [*parts, NOTE] if told else parts
+        for name in shown([*names]):
+            parts += [_results(name, cells, told), ""]
+        missions = self.summary.get("missions", {})
+        for family in dict.fromkeys(f for own in missions.values() for f in own):
+            parts += [_missions(family, missions, told), ""]
+        notes = [NOTE, *self.notes] if told else self.notes
+        return [*parts, _outcomes(cells, told), LEGEND, *notes]
 
 
 def _table(title: str) -> Table:
@@ -78,6 +81,33 @@ def _numbers(cell: dict[str, Any]) -> list[str]:
         _number(mean["energy_j"], 0),
         _number(mean["obstacles_broken"], 2),
     ]
+
+
+def _missions(family: str, missions: dict[str, Any], told: Sequence[str]) -> Table:
+    """Return one table of whole missions: a line a planner."""
+    found = {name: own[family] for name, own in missions.items() if family in own}
+    n = max(cell["n"] for cell in found.values())
+    days = max(cell["days"] for cell in found.values())
+    table = _table(f"{family}, {n} missions of {days} days, all days together")
+    for heading in ("\nsolved", "\nsteps", "[95 % CI]", "failed\npushes", "bro-\nken"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    table.add_column("steps\nday by day", justify="right")
+    for planner, cell in found.items():
+        steps, won = cell["mean"]["steps"], cell["success"]
+        ends = "-"
+        if steps["low"] is not None:
+            ends = f"[{steps['low']:.0f},{steps['high']:.0f}]"
+        add_line(
+            table,
+            _label(planner, told),
+            f"{won['count']}/{won['n']}",
+            _number(steps, 0),
+            ends,
+            _number(cell["mean"]["failed_pushes"], 1),
+            _number(cell["mean"]["obstacles_broken"], 2),
+            " ".join(_number(day["mean"]["steps"], 0) for day in cell["by_day"]),
+        )
+    return table
 
 
 def _outcomes(tables: dict[str, Any], told: Sequence[str]) -> Table:

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 from rich.table import Table
 
+from beacon_mj.eval.statistics.grouping import shown
 from beacon_mj.eval.statistics.oracles import NOTE, marked
 from beacon_mj.eval.studies.regret import Price
 from beacon_mj.rendering.tables import Tabular, add_line, plain_table
@@ -23,22 +24,28 @@ class Regret(Tabular):
         planner: Its name.
         oracle: Whether it is told the truth about each world.
         prices: The parts, overall and per family.
+        notes: What is to be said of the scenes.
     """
 
     def __init__(
-        self, planner: str, prices: Sequence[Price], *, oracle: bool = False
+        self,
+        planner: str,
+        prices: Sequence[Price],
+        notes: Sequence[str] = (),
+        *,
+        oracle: bool = False,
     ) -> None:
         """Hold the parts; see `beacon_mj.regret`, which measures them."""
         self.planner = planner
         self.oracle = oracle
         self.prices = tuple(prices)
+        self.notes = tuple(notes)
 
     def tables(self) -> Sequence[Table | str]:
         """Return a table a family."""
-        families = [*dict.fromkeys(price.family for price in self.prices)]
-        shown = families[1:] if len(families) == 2 else families
-        notes = [LEGEND, NOTE] if self.oracle else [LEGEND]
-        return [*(self._table(family) for family in shown), *notes]
+        names = [*dict.fromkeys(price.family for price in self.prices)]
+        notes = [NOTE, *self.notes] if self.oracle else self.notes
+        return [*map(self._table, shown(names)), LEGEND, *notes]
 
     def _table(self, family: str) -> Table:
         own = [price for price in self.prices if price.family == family]

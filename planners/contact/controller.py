@@ -21,10 +21,9 @@ from beacon_mj.motion.path_tracking import follow
 from beacon_mj.motion.visibility_graph import shortest_path
 from beacon_mj.numerics import dot, norm
 from beacon_mj.planners.contact.candidates import PushPlan, segment_is_clear
-from beacon_mj.planners.contact.limits import PushLimits
+from beacon_mj.planners.contact.limits import PushLimits, braking_room_m
 
 _CRAWL_MPS = 0.08  #: Speed up to which the bumper's force is friction alone [m/s].
-_CLOSE_M = 0.003  #: Gap within which the robot moves at touching speed [m].
 _STEADY = 1.25  #: Force limit over the force of a crawl.
 
 Phase = Literal["approach", "touch", "push", "back_off", "done", "failed"]
@@ -48,6 +47,7 @@ class PushController:
         self.pushed_m = 0.0
         self._task = task
         self._limits = limits
+        self._room_m = braking_room_m(task.sensor)
         self._speed = limits.touch_mps
         self._force_limit_n = limits.force_limit_n
         self._path: Array | None = None
@@ -126,7 +126,7 @@ class PushController:
         here, there = observation.position_m, self.plan.approach_m
         gaps = observation.footprints.distance(here)
         own = float(gaps.min(initial=np.inf)) - 0.002
-        for margin in (0.012, 0.004, 0.001):
+        for margin in dict.fromkeys((max(0.012, self._room_m), 0.012, 0.004, 0.001)):
             clearance = min(self._task.radius_m + margin, max(own, 0.0))
             if segment_is_clear(observation.footprints, here, there, clearance):
                 return np.stack([here, there])
@@ -161,7 +161,7 @@ class PushController:
         change = dot(observation.velocity_mps, self.plan.direction) - speed
         advance = speed * task.control_period_s + change * np.abs(change) / drive
         needed = advance + (speed * speed - touch * touch) / drive
-        fits = needed <= gap - task.radius_m - _CLOSE_M
+        fits = needed <= gap - task.radius_m - self._room_m
         return float(speed[fits].max(initial=touch))
 
     def _push(self, observation: Observation) -> Array:

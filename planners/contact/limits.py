@@ -1,10 +1,15 @@
-"""How fast and how hard a push may be, by what may break."""
+"""How fast and how hard a push may be, by what may break and by what is sensed.
 
-from dataclasses import dataclass
+What a planner would do is its own affair; `within_sheet` then holds every planner to
+what the sensor's data sheet allows. Where the sensor is good that is no limit.
+"""
+
+import math
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from beacon_mj.interface import SensedObstacle, Task
+from beacon_mj.interface import SensedObstacle, SensorSheet, Task
 from beacon_mj.planners.checks import expect_between
 from beacon_mj.planners.contact.push_model import gentle_speed_mps
 
@@ -12,6 +17,13 @@ from beacon_mj.planners.contact.push_model import gentle_speed_mps
 SURE = 0.02
 _TOUCH_MPS = (0.05, 0.25)  #: Slowest and fastest touch of what may break [m/s].
 _HEADROOM = 1.6  #: Force limit over the force that is needed.
+#: Touch [m/s], push [m/s] and ramp [m/s^2] of what may break, where the perceived mass
+#: is wrong by its own size: the standard deviation of its logarithm is one.
+_DOUBTFUL = (0.06, 0.25, 0.25)
+#: Speed of a push of what may break, where it hides what it may run into [m/s].
+_BLIND_MPS = 0.1
+_CLOSE_M = 0.003  #: Least gap within which the robot moves at touching speed [m].
+_SIGMAS = 2.5  #: Room kept for an error over its standard deviation.
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -81,4 +93,64 @@ def careful_limits(
         push_mps=settings.speed_mps,
         ramp_mps2=0.5,
         force_limit_n=max(settings.fragile_force_n, _HEADROOM * need_n),
+    )
+
+
+def mass_error(sheet: SensorSheet) -> float:
+    """Return the standard deviation of the logarithm of a perceived mass.
+
+    A force is friction times mass times g. Of the own errors of the two, which are
+    independent and alike, mass has one; a common factor may be all mass:
+
+        sigma_m^2 = sigma_F^2 / 2 + sigma_common^2.
+    """
+    own, common = sheet.force_error, sheet.force_scale_error
+    return math.sqrt(0.5 * own * own + common * common)
+
+
+def position_error_m(sheet: SensorSheet) -> float:
+    """Return how much nearer than it is sensed an obstacle may be: 2.5 sigma [m].
+
+    Of a hundred less than one is nearer than that. The error of the robot's own
+    position does not count: what is in sight is off by as much.
+    """
+    return _SIGMAS * sheet.pose_noise_m
+
+
+def braking_room_m(sheet: SensorSheet) -> float:
+    """Return the sensed gap within which the robot moves at touching speed [m]."""
+    return max(_CLOSE_M, position_error_m(sheet))
+
+
+def within_sheet(
+    limits: PushLimits, fragility: float, sheet: SensorSheet
+) -> PushLimits:
+    """Return limits that trust a perceived mass only as far as the sheet does.
+
+    How hard a touch is grows with speed and with mass. Where something may break, the
+    speeds of touch and push and the ramp between them are at most
+
+        v_1 / sigma_m,
+
+    with v_1 what is safe for a mass that is wrong by its own size. With an error of
+    15 % that allows a touch at 0.4 m/s, which is no limit. And where obstacles hide
+    others, what is pushed hides what it may run into: only the bumper tells of that,
+    and 0.1 m/s leave it a control period to do so.
+
+    Args:
+        limits: What the policy would do.
+        fragility: Largest probability of being fragile of what would move.
+        sheet: The data sheet.
+    """
+    if fragility < SURE:
+        return limits
+    doubt = max(mass_error(sheet), 1e-9)
+    touch, push, ramp = (value / doubt for value in _DOUBTFUL)
+    if sheet.occlusion:
+        push = min(push, _BLIND_MPS)
+    return replace(
+        limits,
+        touch_mps=min(limits.touch_mps, touch),
+        push_mps=min(limits.push_mps, push),
+        ramp_mps2=min(limits.ramp_mps2, ramp),
     )

@@ -13,17 +13,18 @@ from beacon_mj.interface import Action, Command, Observation, PlannerInfo, Task
 from beacon_mj.motion.detour import FreeRoute
 from beacon_mj.motion.expansions import ExpansionCount
 from beacon_mj.planners.base import C, Planner
-from beacon_mj.planners.contact.attempts import Attempts
 from beacon_mj.planners.contact.candidates import PushPlan, push_plans
 from beacon_mj.planners.contact.checks import next_in_chain, stands_free, way_is_clear
 from beacon_mj.planners.contact.controller import PushController
 from beacon_mj.planners.contact.cost_map import ContactMap, Crossing
-from beacon_mj.planners.contact.decision import Decision
+from beacon_mj.planners.contact.decision import Decision, compared
+from beacon_mj.planners.contact.limits import position_error_m
+from beacon_mj.planners.contact.memory import Memory
 from beacon_mj.planners.contact.policy import PushPolicy
 from beacon_mj.planners.recovery import Recovery, give_up
 
 _CELL_M = 0.05  #: Grid of the way through, and of the way round [m].
-_MARGIN_M = 0.01  #: Room kept on the way round [m].
+_MARGIN_M = 0.01  #: Least room kept on the way round [m].
 _TIGHT_CELL_M = 0.025  #: Grid of the way round where there is no other way [m].
 _TIGHT_MARGIN_M = 0.005  #: Room kept there [m].
 _FIRST_M = 0.03  #: Least travel of a push before it may end because the way is clear.
@@ -52,6 +53,7 @@ class ContactPlanner(Planner[C]):
         """Build the planner and its policy; None for defaults."""
         super().__init__(config)
         self.policy = self.Policy(self.config)
+        self._memory = Memory(self.policy)
 
     @classmethod
     def missing(cls) -> list[str]:
@@ -63,11 +65,22 @@ class ContactPlanner(Planner[C]):
     @final
     def reset(self, task: Task) -> None:
         """Forget everything."""
-        self.policy.reset(task)
+        self._memory.reset(task)
+        self._begin(task)
+
+    @final
+    def next_day(self, task: Task) -> None:
+        """Forget all places, and keep what `belief.overnight` says."""
+        self._memory.next_day(task)
+        self._begin(task)
+
+    def _begin(self, task: Task) -> None:
+        """Start to plan and drive, with nothing seen."""
         radius_m = self.policy.planning_radius_m(task)
         checked = replace(task, radius_m=radius_m)
         self._task = task
-        self._wide = FreeRoute(checked, _CELL_M, _MARGIN_M)
+        margin_m = max(_MARGIN_M, position_error_m(task.sensor))
+        self._wide = FreeRoute(checked, _CELL_M, margin_m)
         self._tight = FreeRoute(checked, _TIGHT_CELL_M, _TIGHT_MARGIN_M)
         self._free = self._wide
         self._map = ContactMap(task, _CELL_M, radius_m + _TIGHT_MARGIN_M)
@@ -75,7 +88,6 @@ class ContactPlanner(Planner[C]):
         self._recovery = Recovery(task)
         self._controller: PushController | None = None
         self._decision: Decision | None = None
-        self._attempts = Attempts(self.policy.belief_settings.failures_last_s)
         self._planned_version = -1
         self._stale = True
 
@@ -92,13 +104,10 @@ class ContactPlanner(Planner[C]):
 
     def _learn(self, observation: Observation) -> None:
         """Hand on what is seen, and the evidence of push attempts."""
-        self.policy.observe(observation)
-        self._attempts.forget(observation.time_s)
-        for evidence in observation.evidence:
-            if self.policy.learn(evidence):
-                self._stale = True
-            self._attempts.learn(evidence)
-            if self._controller is not None:
+        if self._memory.learn(observation):
+            self._stale = True
+        if self._controller is not None:
+            for evidence in observation.evidence:
                 self._controller.learn(evidence)
 
     def _carry_out(self, observation: Observation) -> Command | None:
@@ -115,7 +124,7 @@ class ContactPlanner(Planner[C]):
             info = PlannerInfo(action=controller.action, reason=reason, target=name)
             return Command(velocity_mps=velocity, info=info)
         failed = controller.phase == "failed"
-        self._attempts.ended(name, observation, failed=failed)
+        self._memory.attempts.ended(name, observation, failed=failed)
         self._controller, self._stale = None, True
         self._recovery.restart(observation)
         return None
@@ -165,7 +174,8 @@ class ContactPlanner(Planner[C]):
     def _plan(self, observation: Observation) -> None:
         """Plan both ways and decide; where all else fails, with less room.
 
-        What was just pushed aside is pushed again only where nothing else is left.
+        What was just pushed aside is pushed again only where nothing else is left, and
+        what earlier days of a mission have shown is doubted only after that.
         """
         self._stale, self._planned_version = False, observation.map_version
         self._decision = None
@@ -177,11 +187,14 @@ class ContactPlanner(Planner[C]):
         self._tight.update(observation, force=self._recovery.ended)
         if self._tight.path is not None:
             return
-        if self._attempts.any_rests(observation) and self._choose(
+        if self._memory.attempts.any_rests(observation) and self._choose(
             observation, rested=True
         ):
             return
-        self._choose(observation, rested=True, last_resort=True)
+        if self._choose(observation, rested=True, last_resort=True):
+            return
+        if self._memory.doubt(observation):
+            self._plan(observation)
 
     def _choose(
         self,
@@ -204,7 +217,7 @@ class ContactPlanner(Planner[C]):
             return False
         self._decision = decision
         if decision.plan is not None:
-            limits = self.policy.limits(observation, decision.plan)
+            limits = self.policy.allowed_limits(observation, decision.plan)
             self._controller = PushController(decision.plan, self._task, limits)
         return decision.plan is not None or self._free.path is not None
 
@@ -229,9 +242,9 @@ class ContactPlanner(Planner[C]):
         """Return the crossing costs of all obstacles that may be pushed now."""
         costs = {}
         for i, obstacle in enumerate(observation.obstacles):
-            if self._attempts.immovable(obstacle):
+            if self._memory.attempts.immovable(obstacle):
                 continue
-            if self._attempts.rests(obstacle, observation) and not rested:
+            if self._memory.attempts.rests(obstacle, observation) and not rested:
                 continue
             cost = self.policy.crossing_cost(obstacle, last_resort=last_resort)
             if cost is not None:
@@ -248,7 +261,7 @@ class ContactPlanner(Planner[C]):
             self._task,
             crossing,
             lambda i: min(self.policy.force_n(obstacles[i]), limit_n),
-            lambda i: self._attempts.immovable(obstacles[i]),
+            lambda i: self._memory.attempts.immovable(obstacles[i]),
             predict=self.policy.predicts_cascades,
             wide=wide,
         )
@@ -260,14 +273,10 @@ class ContactPlanner(Planner[C]):
 
     def _explained(self, command: Command) -> Command:
         """Return a command with what was compared, planned and believed."""
-        decision = self._decision
         info = replace(
-            command.info,
-            cost_push=None if decision is None else decision.cost_push,
-            cost_detour=None if decision is None else decision.cost_detour,
-            terms={} if decision is None else decision.terms,
+            compared(command.info, self._decision),
             path_m=self._free.left() if self._controller is None else None,
-            beliefs=self.policy.beliefs.beliefs,
+            beliefs=self.policy.beliefs.of_seen,
             replanned=self._free.replanned,
         )
         self._free.replanned = False

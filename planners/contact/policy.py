@@ -8,25 +8,32 @@ three methods, and a planner that names it has nothing else to do:
         Policy = MyPolicy
 """
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
-from typing import Any, ClassVar, Generic
+from dataclasses import replace
+from typing import Any, ClassVar, Generic, final
 
 from beacon_mj.interface import Observation, PushEvidence, SensedObstacle, Task
 from beacon_mj.motion.detour import FreeRoute
 from beacon_mj.planners.base import C, NoConfig
-from beacon_mj.planners.contact.belief import FORCE_ERROR, BeliefMap, BeliefSettings
+from beacon_mj.planners.contact.belief import BeliefMap
+from beacon_mj.planners.contact.belief_settings import BeliefSettings
 from beacon_mj.planners.contact.candidates import PushPlan
 from beacon_mj.planners.contact.decision import Decision
-from beacon_mj.planners.contact.limits import PushLimits
+from beacon_mj.planners.contact.limits import PushLimits, within_sheet
+
+#: Least error of a perceived force that is believed: friction is not that exact.
+LEAST_ERROR = 0.01
 
 
 class PushPolicy(ABC, Generic[C]):
     """What may be pushed, what it costs, and what was learned; no state of the loop.
 
     Abstract are `crossing_cost`, `choose` and `limits`. In the order of an episode the
-    loop calls `reset` once; `observe` and `learn` in each step; and when plans are
-    stale `crossing_cost` for every obstacle, then `choose`, then `limits`.
+    loop calls `reset` once, or `next_day` on a further day of a mission; `observe` and
+    `learn` in each step; and when plans are stale `crossing_cost` for every obstacle,
+    then `choose`, then `limits`.
 
     Attributes:
         Config: Frozen dataclass of parameters; every field has a default.
@@ -45,14 +52,58 @@ class PushPolicy(ABC, Generic[C]):
     def reset(self, task: Task) -> None:
         """Forget everything and start on `task`."""
         self.task = task
-        self.beliefs = BeliefMap(self.belief_settings, self.force_error)
+        self.beliefs = self._fresh_beliefs()
+        self._inherits = False
+        self._today: list[PushEvidence] = []
+
+    def next_day(self, task: Task) -> None:
+        """Start on the next day of a mission, with the beliefs if they are kept."""
+        kept = self.beliefs
+        self.reset(task)
+        if self.belief_settings.belief_overnight:
+            self.beliefs, self._inherits = kept, True
+            kept.next_day()
+
+    def contradicts(self, evidence: PushEvidence) -> bool:
+        """Whether a push, not learned yet, shows that the room changed overnight.
+
+        What moved on an earlier day withstands the same force now, or the reverse.
+        """
+        name, force_n = evidence.id, evidence.force_n
+        if not self._inherits or any(name == told.id for told in self._today):
+            return False
+        if evidence.evidence == "not_moved":
+            return force_n >= self.beliefs.at_most_n.get(name, math.inf)
+        return force_n < self.beliefs.at_least_n.get(name, 0.0)
+
+    def doubt(self, observation: Observation) -> bool:
+        """Believe only what this day has shown; return whether that is a change.
+
+        The room may have changed overnight, and nobody says so.
+        """
+        if not self._inherits:
+            return False
+        self._inherits = False
+        self.beliefs = self._fresh_beliefs()
+        self.beliefs.sight(*observation.obstacles)
+        for evidence in self._today:
+            self.beliefs.learn(evidence)
+        return True
+
+    def _fresh_beliefs(self) -> BeliefMap:
+        settings = self.belief_settings
+        if settings.scale_error is None:
+            error = self.task.sensor.force_scale_error
+            settings = replace(settings, scale_error=error)
+        return BeliefMap(settings, max(self.force_error, LEAST_ERROR))
 
     def observe(self, observation: Observation) -> None:
         """Take in what is seen, in every control step before anything else."""
-        self.beliefs.sight(*observation.obstacles[len(self.beliefs.beliefs) :])
+        self.beliefs.sight(*observation.obstacles[self.beliefs.seen :])
 
     def learn(self, evidence: PushEvidence) -> bool:
         """Take in how a push attempt ended; return whether plans are stale."""
+        self._today.append(evidence)
         change_l1 = self.beliefs.learn(evidence)
         return self.belief_settings.calls_for_replanning(change_l1)
 
@@ -94,7 +145,20 @@ class PushPolicy(ABC, Generic[C]):
 
     @abstractmethod
     def limits(self, observation: Observation, plan: PushPlan) -> PushLimits:
-        """Return how fast, and how hard, a push may go."""
+        """Return how fast, and how hard, a push should go.
+
+        How fast it does go is also the sensor's to say: see `allowed_limits`.
+        """
+
+    @final
+    def allowed_limits(self, observation: Observation, plan: PushPlan) -> PushLimits:
+        """Return `limits` as far as the sensor's data sheet allows them.
+
+        All planners that push are held to it, and carry out their pushes so.
+        """
+        limits = self.limits(observation, plan)
+        fragility = self.beliefs.fragility(plan.moved(observation))
+        return within_sheet(limits, fragility, self.task.sensor)
 
     def force_n(self, obstacle: SensedObstacle) -> float:
         """Return the force that is expected to move an obstacle [N]."""
@@ -119,8 +183,11 @@ class PushPolicy(ABC, Generic[C]):
 
     @property
     def force_error(self) -> float:
-        """Standard deviation of the logarithm of a perceived breakaway force, > 0."""
-        return FORCE_ERROR
+        """Standard deviation of the logarithm of true over perceived breakaway force.
+
+        That of one obstacle; by default what the sensor's data sheet says.
+        """
+        return self.task.sensor.force_error
 
     @property
     def predicts_cascades(self) -> bool:

@@ -62,6 +62,14 @@ class Latent(Protocol):
     def weights(self) -> tuple[float, ...]:
         """Prior weight of each world, (w,)."""
 
+    @property
+    def error(self) -> float:
+        """Standard deviation of the logarithm of a door's own error of its force."""
+
+    @property
+    def scale_error(self) -> float:
+        """The same of the factor that all doors have in common; 0 if there is none."""
+
     def chance(self, world: int, door: Door) -> float:
         """Return the probability that a door opens, given the world."""
 

@@ -189,3 +189,9 @@ def test_an_impossible_family_says_what_failed(
     monkeypatch.setattr(generate, "certify", lambda scene, margin: None)
     with pytest.raises(GenerationError, match="no certified scene in 3 proposals"):
         generate_scene("sparse", 0)
+
+
+def test_a_shape_that_no_material_fits_is_drawn_again() -> None:
+    """A door of 0.13 m^3 is too heavy for a weak robot in all but few draws."""
+    scene = generate_scene("hard-required", 10, seed=2000)
+    assert scene.certificate.door_ids

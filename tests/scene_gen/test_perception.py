@@ -1,14 +1,22 @@
 """Perception profiles: exact, calibrated, and misleading, as they say."""
 
+import math
+
 import msgspec
 import numpy as np
 import pytest
 
-from beacon_mj.constants import CLASSES, InteractionClass
+from beacon_mj.constants import CLASSES, GRAVITY, InteractionClass
 from beacon_mj.fidelity.benches import bench, obstacle
-from beacon_mj.scene import Obstacle, Profile, Scene
+from beacon_mj.scene import Obstacle, Profile, Scene, Sensing
 from beacon_mj.scene.shapes import Cylinder
-from beacon_mj.scene_gen.perception import BASE_RATES, MATERIAL_ERROR, perceive
+from beacon_mj.scene_gen.generate import generate_scene
+from beacon_mj.scene_gen.perception import (
+    BASE_RATES,
+    MATERIAL_ERROR,
+    force_errors,
+    perceive,
+)
 from beacon_mj.streams import stream
 from tests.worlds import cached_scene
 
@@ -128,3 +136,59 @@ def test_streams_are_independent() -> None:
     assert np.abs(correlation).max() < 0.1
     again = stream("scene", 0, "sparse", 0).standard_normal(2000)
     np.testing.assert_array_equal(drawn[0], again)
+
+
+@pytest.mark.parametrize("material_error", [None, 0.4, 1.0])
+def test_the_data_sheet_says_how_wrong_perceived_forces_are(
+    material_error: float | None,
+) -> None:
+    logs = []
+    sensing = Sensing(material_error=material_error)
+    for seed in range(10):
+        scene = msgspec.structs.replace(crowd(seed), sensing=sensing)
+        found = perceive(scene, "noisy", seed)
+        logs += [
+            np.log(
+                o.density_kgm3
+                * o.friction
+                / (o.perceived.density_kgm3 * o.perceived.friction)
+            )
+            for o in found.obstacles
+        ]
+        own, common = force_errors(found)
+    assert np.std(logs) == pytest.approx(own, rel=0.05)
+    assert np.mean(logs) == pytest.approx(0.0, abs=0.05 * own)
+    assert common == 0.0
+
+
+def test_the_usual_error_of_a_force_is_a_fifth_and_truth_has_none() -> None:
+    scene = cached_scene("cluttered", 0)
+    assert force_errors(scene) == (0.21, 0.0)
+    assert force_errors(perceive(scene, "misleading", 0)) == (0.21, 0.0)
+    assert force_errors(perceive(scene, "truth", 0)) == (0.0, 0.0)
+
+
+def test_the_sheet_of_a_family_that_perceives_for_itself() -> None:
+    """Of the loads of whole rounds the sheet's error is the standard deviation."""
+    family = "unweighed-doors"
+    loads, own = [], []
+    for index in range(10):
+        scene = generate_scene(family, index, 2000)
+        logs = np.array([
+            math.log(o.breakaway_force_n / perceived_n(o))
+            for o in scene.obstacles
+            if not o.fixed
+        ])  # fmt: skip
+        loads.append(logs.mean())
+        own.append(logs.std())
+    errors = force_errors(scene)
+    assert errors.force_scale_error == pytest.approx(np.std(loads), rel=0.1)
+    assert errors.force_error == pytest.approx(np.mean(own), rel=0.3)
+    control = generate_scene(f"{family}-redrawn", 0, 2000)
+    assert force_errors(control) == errors
+    assert force_errors(perceive(scene, "truth", 0)) == (0.0, 0.0)
+
+
+def perceived_n(o: Obstacle) -> float:
+    seen = o.perceived
+    return seen.friction * seen.density_kgm3 * o.shape.volume_m3 * GRAVITY

@@ -121,7 +121,7 @@ def test_the_sensor_is_the_users_else_the_familys_else_the_default() -> None:
     ):
         sensor = protocol.sensor(scene)
         assert expected == (
-            sensor.radius_m,
+            sensor.range_m,
             sensor.occlusion,
             sensor.pose_noise_m,
             sensor.missed_detection,

@@ -10,14 +10,15 @@ from hypothesis import strategies as st
 from beacon_mj.errors import PlannerError
 from beacon_mj.interface import Evidence, PushEvidence
 from beacon_mj.planners.contact.belief import (
-    FORCE_ERROR,
     BeliefMap,
+    posterior,
+    prior,
+)
+from beacon_mj.planners.contact.belief_settings import (
     BeliefSettings,
     Likelihoods,
     Memory,
     Sharing,
-    posterior,
-    prior,
 )
 from tests.sensed import sensed_box
 
@@ -174,6 +175,6 @@ def test_a_scale_that_is_known_changes_no_bit(
     assert shared.beliefs == plain.beliefs
     for box in boxes:
         spare = math.log(60.0 / box.perceived_force_n)
-        tail = 0.5 * math.erfc(-spare / (FORCE_ERROR * math.sqrt(2.0)))
+        tail = 0.5 * math.erfc(-spare / (plain.force_error * math.sqrt(2.0)))
         assert shared.force_n(box) == plain.force_n(box)
         assert shared.probability_below(box, 60.0) == tail

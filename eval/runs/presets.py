@@ -1,0 +1,22 @@
+"""Presets of the protocol as settings, for studies that are described by settings."""
+
+from beacon_mj.episode.protocol import PRESETS, Protocol
+from beacon_mj.eval.runs.variants import PROTOCOL, Values, text_of, texts_of
+
+
+def with_preset(name: str | None, settings: Values) -> list[str]:
+    """Return settings that begin with a preset's, so that the user's own win.
+
+    Args:
+        name: A preset of the protocol; None for the default one.
+        settings: The user's.
+
+    Raises:
+        RunError: If there is no preset of that name.
+    """
+    own = [*texts_of(settings)]
+    if name is None:
+        return own
+    Protocol.preset(name)
+    values = PRESETS[name].items()
+    return [f"{PROTOCOL}.{field}={text_of(value)}" for field, value in values] + own
