@@ -112,12 +112,13 @@ def run_episode(
         world = World(scene, protocol.timestep_s)
     sensor = Sensor(world, protocol)
     observation = sensor.observe(None, 1.0)
+    told = isinstance(planner, Oracle) if oracle is None else oracle
     trace = Trace(
         planner=name,
         scene=scene,
         protocol=protocol,
         start_m=world.position_m,
-        oracle=isinstance(planner, Oracle) if oracle is None else oracle,
+        oracle=told,
         left=left,
         suite=suite,
         first_sensed=tuple(o.id for o in observation.obstacles),
@@ -125,7 +126,7 @@ def run_episode(
     for listener in listeners:
         listener.begin(trace, world, observation)
     truth = None
-    if trace.oracle:
+    if told:
         truth = truth_about(scene, protocol, run_episode, left)
     door = Door(planner, protocol.decision_limit_s)
     loop = _Loop(trace, door, world, sensor, listeners)
