@@ -109,7 +109,7 @@ Workers = Annotated[
     Parameter(
         converter=whole,
         validator=Number(gte=1, lte=4096),
-        help="Processes; one per core by default.",
+        help="Processes; one per usable core by default.",
     ),
 ]
 Flag = Annotated[bool, Parameter(negative=(), show_default=False)]

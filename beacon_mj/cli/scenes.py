@@ -1,6 +1,5 @@
 """`beacon-mj generate`, `families`, and `view`."""
 
-import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -78,9 +77,10 @@ def view(
         A scene's JSON file.
     """
     import beacon_mj
+    from beacon_mj.cli.views.console import remark
 
     found = beacon_mj.load_scene(scene)
     if png is None:
         beacon_mj.view_scene(found)
     else:
-        print(beacon_mj.render_scene(found, png), file=sys.stderr)
+        remark(str(beacon_mj.render_scene(found, png)))

@@ -21,12 +21,18 @@ class Mission:
     """
 
     def __init__(
-        self, planner: Planner, name: str = "planner", protocol: Protocol | None = None
+        self,
+        planner: Planner,
+        name: str = "planner",
+        protocol: Protocol | None = None,
+        *,
+        oracle: bool | None = None,
     ) -> None:
         """Begin a mission; see `run_episode` for the arguments."""
         self._planner = planner
         self._name = name
         self._protocol = Protocol() if protocol is None else protocol
+        self._oracle = oracle
         self._remembers = False
         self._yesterday: World | None = None
 
@@ -64,6 +70,7 @@ class Mission:
             left=left,
             goes_on=self._remembers,
             suite=suite,
+            oracle=self._oracle,
         )
         self._remembers = trace.outcome != "planner_error"
         # A simulation that diverged left no room that one could go on in.

@@ -55,6 +55,7 @@ class Trace:
         protocol: How it was run.
         left: How the room was left the day before; None where it is as in the scene.
         start_m: Recorded start, shape (2,) [m].
+        oracle: Whether the planner was told the truth about its world.
         first_sensed: Ids of obstacles sensed before the first step.
         steps: The control steps, in order.
         outcome: How it ended; None while it runs.
@@ -66,6 +67,7 @@ class Trace:
     scene: Scene
     protocol: Protocol
     start_m: Array
+    oracle: bool = False
     left: Left | None = None
     suite: str | None = None
     first_sensed: tuple[str, ...] = ()

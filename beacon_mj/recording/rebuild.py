@@ -80,6 +80,7 @@ class _Rebuild:
             planner=log.planner,
             scene=log.scene,
             protocol=log.protocol,
+            oracle=log.config.get("oracle") == "true",
             start_m=_planar(start[1].position_m),
             left=log.left,
             suite=log.config.get("suite") or None,

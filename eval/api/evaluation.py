@@ -1,6 +1,5 @@
 """Running planners through scenes, and putting the parts of a run together."""
 
-import os
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
@@ -11,6 +10,7 @@ from beacon_mj.eval.runs.evaluation import EvaluationOptions, prepare
 from beacon_mj.eval.runs.lineup import PlannerChoice
 from beacon_mj.eval.runs.progress import Progress, quiet
 from beacon_mj.eval.runs.variants import Values, VaryValues
+from beacon_mj.eval.runs.worker_process import usable_cores
 from beacon_mj.eval.statistics.results import Results, load_results
 from beacon_mj.eval.statistics.summary import summarize
 from beacon_mj.eval.studies.merge import merge as merge_shards
@@ -72,7 +72,7 @@ def evaluate(
         templates: Folder of your own family templates.
         out: Run folder, new or empty; by default a new one below `runs/`, as for the
             command. `results.folder` says which.
-        workers: Processes; by default one per core.
+        workers: Processes; by default one per usable core.
         cluster: Address of a dask scheduler whose workers run the episodes instead.
         shard: `I/N`: only part I of N of the scenes; see `merge`.
         isolate: Whether planners run in processes of their own, where nothing that they
@@ -115,7 +115,7 @@ def evaluate(
     try:
         for note in run.notes():
             tell(note)
-        run.run(cluster or workers or os.cpu_count() or 1, progress)
+        run.run(cluster or workers or usable_cores(), progress)
         run.folder.finish(run.config, run.rows, summarize(run.rows))
     finally:
         run.folder.close()  # A traceback may keep it, in a notebook.

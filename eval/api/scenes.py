@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from beacon_mj.errors import RunError
+from beacon_mj.files import replacing
 from beacon_mj.scene import Profile, Scene
 from beacon_mj.scene_gen.family import load_family
 from beacon_mj.scene_gen.generate import generate_scene
@@ -87,7 +88,6 @@ def _write(scene: Scene, folder: Path) -> Path:
     stem = f"scene_{scene.index:04d}"
     texts = {".xml": scene_mjcf(scene).encode(), ".json": scene.to_json()}
     for suffix, text in texts.items():
-        part = folder / f"{stem}{suffix}.part"
-        part.write_bytes(text)
-        part.replace(folder / f"{stem}{suffix}")
+        with replacing(folder / f"{stem}{suffix}", RunError) as part:
+            part.write_bytes(text)
     return folder / f"{stem}.json"

@@ -1,7 +1,6 @@
 """Studies of many runs: certification, regret, ablations, sweeps."""
 
 import contextlib
-import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 
@@ -16,6 +15,7 @@ from beacon_mj.eval.runs.presets import with_preset
 from beacon_mj.eval.runs.progress import Progress, quiet
 from beacon_mj.eval.runs.run_folder import free_name
 from beacon_mj.eval.runs.variants import Values, VaryValues, texts_of, vary_texts
+from beacon_mj.eval.runs.worker_process import usable_cores
 from beacon_mj.eval.studies.ablation import ablation_runs, run_ablation
 from beacon_mj.eval.studies.ablation_table import Ablation
 from beacon_mj.eval.studies.certify import certification, certify_scenes
@@ -26,6 +26,7 @@ from beacon_mj.eval.studies.regret_table import Regret
 from beacon_mj.eval.studies.sweep import FIRST_SEED, SweepRequest
 from beacon_mj.eval.studies.sweep_run import REQUEST, run_sweep
 from beacon_mj.eval.studies.sweep_table import Sweep
+from beacon_mj.files import replacing
 from beacon_mj.scene import Profile
 from beacon_mj.scene_gen.suites import suites_of
 
@@ -45,7 +46,7 @@ def certify(
     Args:
         scene_dir: Folder of scenes (*.json), such as `generate_scenes` writes.
         settings: Values by `clairvoyant.field` or `protocol.field`; see `evaluate`.
-        workers: Processes; by default one per core.
+        workers: Processes; by default one per usable core.
         progress: Shows what is done; see `evaluate`.
 
     Raises:
@@ -90,7 +91,7 @@ def regret(
         seed: Seed of scenes, perception and planners.
         perception: Profile of the uncertain classes.
         templates: Folder of your own family templates.
-        workers: Processes; by default one per core.
+        workers: Processes; by default one per usable core.
         progress: Shows what is done; see `evaluate`.
         tell: Told before the start of rounds that are cut; see `evaluate`.
 
@@ -111,7 +112,8 @@ def regret(
         for name, row in run_regret(runs, refs, count, single.handed):
             rows.append((name, row))
             update([row])
-    return Regret(single.entry.name, decompose(rows), notes)
+    entry = single.entry
+    return Regret(entry.name, decompose(rows), notes, oracle=entry.oracle)
 
 
 def ablate(
@@ -143,7 +145,7 @@ def ablate(
         scenes_per_family: Default 100, or the whole rounds nearest to it.
         seed: Seed of scenes, perception and planners.
         templates: Folder of your own family templates.
-        workers: Processes; by default one per core.
+        workers: Processes; by default one per usable core.
         out: Folder; by default a new one below `runs/`. A folder of the same options is
             gone on with.
         progress: Shows what is done; see `evaluate`.
@@ -171,13 +173,15 @@ def ablate(
         for entry in next(iter(runs.values())).planners
         if single.handed
     }
-    count = workers or os.cpu_count() or 1
+    count = workers or usable_cores()
     with _kept(folder):
         effects, ladder = run_ablation(runs, refs, folder, count, progress, handed)
     for file, found in (("ablation.json", effects), ("ladder.json", ladder)):
-        text = msgspec.json.format(msgspec.json.encode(found)).decode()
-        (folder / file).write_text(text + "\n", encoding="utf-8")
-    return Ablation(name, effects, ladder, folder, notes)
+        text = msgspec.json.format(msgspec.json.encode(found)) + b"\n"
+        with replacing(folder / file, RunError) as part:
+            part.write_bytes(text)
+    oracle = single.entry.oracle
+    return Ablation(name, effects, ladder, folder, notes, oracle=oracle)
 
 
 def sweep(
@@ -221,7 +225,7 @@ def sweep(
         select_seed: Seed of the scenes that select, >= 1000.
         seed: Seed of the scenes that the report is on.
         perception: Profile.
-        workers: Processes; by default one per core.
+        workers: Processes; by default one per usable core.
         out: Folder; by default a new one below `runs/`.
         resume: Go on with the sweep in `out`, with the same options.
         progress: Shows what is done; see `evaluate`.
@@ -250,7 +254,7 @@ def sweep(
         raise RunError(f"{path}: holds a sweep. Use --resume, or another --out.")
     folder = path or free_name(f"sweep-{planner.rpartition(':')[2]}")
     with _kept(folder):
-        count = workers or os.cpu_count() or 1
+        count = workers or usable_cores()
         result = run_sweep(request, folder, count, progress, tell)
     return Sweep(result, folder)
 
@@ -280,4 +284,4 @@ def _kept(folder: Path) -> Iterator[None]:
 
 
 def _count(workers: int | None, jobs: int) -> int:
-    return min(workers or os.cpu_count() or 1, jobs)
+    return min(workers or usable_cores(), jobs)

@@ -39,6 +39,7 @@ def measure(trace: Trace) -> Row:
     tried = belief_metrics.pushed(trace, known)
     return Row(
         planner=trace.planner,
+        oracle=trace.oracle,
         suite=trace.suite,
         family=scene.family,
         scene_index=scene.index,

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import msgspec
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from beacon_mj.errors import RunError, unknown
+from beacon_mj.errors import RunError, printable, unknown
 from beacon_mj.eval.metrics.row import Row
 from beacon_mj.eval.report import figures, tables
 from beacon_mj.eval.report.command import command_of
@@ -26,6 +26,7 @@ from beacon_mj.eval.runs.overrides import dotted
 from beacon_mj.eval.runs.run_folder import TABLE
 from beacon_mj.eval.statistics.compare import Comparison, compare_pairs
 from beacon_mj.eval.statistics.grouping import NO_SUITE, shown
+from beacon_mj.eval.statistics.oracles import NOTE
 from beacon_mj.eval.statistics.pairing import (
     Arm,
     comparisons,
@@ -69,6 +70,10 @@ class Calibration(NamedTuple):
     note: str
 
 
+class _Page(str):
+    """The text of another page, which stays as it is."""
+
+
 def render_report(
     run: Results,
     baseline: str | None = None,
@@ -98,7 +103,11 @@ def render_report(
     focus = FOCUS if FOCUS in run.planners else next(iter(run.planners))
     tell("beliefs and episodes, from the logs")
     chosen = picks(run.folder, run.planners[focus])
+    pages = _replay(run, chosen) if with_replay else None
     page: str = _template().render(
+        policy=_policy(pages),
+        note=NOTE,
+        oracles=summary["oracles"],
         run=_facts(run, rows),
         baseline=base,
         results=made.results,
@@ -112,7 +121,7 @@ def render_report(
         calibrations=[*_calibrations(run)],
         focus=focus,
         panels=[_picture(panel(pick)) for pick in chosen],
-        replay=_replay(run, chosen) if with_replay else None,
+        replay=pages,
     )
     return page
 
@@ -172,11 +181,29 @@ def _template(name: str = "report.html.j2") -> Any:
     environment = Environment(
         loader=PackageLoader("beacon_mj.eval.report"),
         autoescape=True,
+        finalize=_shown,
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
     return environment.get_template(name)
+
+
+def _shown(value: Any) -> Any:
+    """Return a value for the page: a text as what can be printed of it."""
+    return printable(value) if type(value) is str else value
+
+
+def _policy(replay: dict[str, str] | None) -> str:
+    """Return what the page may do: show what is in it, and load nothing.
+
+    The page within it that shows a replay has the same policy, and its own scripts.
+    """
+    if replay is None or not replay["page"]:
+        return "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
+    from beacon_mj.rendering.html import POLICY
+
+    return POLICY
 
 
 def _compared(run: Results, baseline: str | None) -> tuple[str, list[Comparison]]:
@@ -241,7 +268,7 @@ def _missions(summary: dict[str, Any], found: Sequence[Comparison]) -> list[Miss
             tables.missions(summary, family),
             tables.differences(found, family, whole_missions=True),
             Figure(
-                _data(figures.learning_curves(missions, family)),
+                _data(figures.learning_curves(missions, family, summary["oracles"])),
                 f"Learning curves: steps by day, {family}",
             ),
         )
@@ -291,7 +318,11 @@ def _replay(run: Results, chosen: Sequence[Pick]) -> dict[str, str] | None:
     moving = push_of([pick.row for pick in chosen])
     pick = next((p for p in chosen if p.row == moving), chosen[0])
     drawn = replay(pick)
-    return {"page": drawn.svg, "caption": drawn.caption, "problem": drawn.problem}
+    return {
+        "page": _Page(drawn.svg),
+        "caption": drawn.caption,
+        "problem": drawn.problem,
+    }
 
 
 def _data(svg: str) -> str:

@@ -21,6 +21,7 @@ from beacon_mj.eval.runs.missions import (
 )
 from beacon_mj.eval.runs.scene_cache import cached_scene, released_scene_suite
 from beacon_mj.eval.runs.shards import Shard, share
+from beacon_mj.files import files_below
 from beacon_mj.scene import Profile, Scene
 from beacon_mj.scene.files import load_scene
 from beacon_mj.scene_gen.family import family_sha256, load_family
@@ -49,6 +50,8 @@ class PlannerEntry(msgspec.Struct, frozen=True, kw_only=True):
         varied: Values by `planner.field` or `protocol.field` in which it differs from
             its variants: the columns `set.planner.field` of the rows.
         isolated: Whether it runs in a process of its own.
+        oracle: Whether it is told the truth about each world: a reference planner,
+            whatever its name, and marked as one in every row and table.
         code: SHA-256 of its file and of the local modules that it imports, by path
             below the file's folder; empty for a built-in planner.
         home: Whole path of the file that it is loaded from; no option, for a run may
@@ -62,6 +65,7 @@ class PlannerEntry(msgspec.Struct, frozen=True, kw_only=True):
     protocol: Protocol | None = None
     varied: dict[str, str] = {}
     isolated: bool = False
+    oracle: bool = False
     code: dict[str, str] = {}
     home: str = ""
 
@@ -243,7 +247,7 @@ def stored_scenes(
     """
     found: dict[tuple[str, int], SceneRef] = {}
     scene_of: dict[SceneRef, Scene] = {}
-    for path in sorted(folder.rglob("*.json")):
+    for path in files_below(folder, ".json"):
         scene = load_scene(path)
         key = scene.family, scene.index
         if key in found:

@@ -27,6 +27,7 @@ from beacon_mj.eval.runs.config import (
 )
 from beacon_mj.eval.runs.isolation.host import Isolated, Who, here, isolated
 from beacon_mj.eval.runs.lineup import Handed
+from beacon_mj.eval.runs.log_files import log_file
 from beacon_mj.eval.runs.overrides import configure
 from beacon_mj.eval.runs.sandbox import Guarded, planner_class
 from beacon_mj.planners.base import Planner
@@ -150,6 +151,7 @@ def lost_row(
             planner=planner,
             scene=scene,
             protocol=config.protocol_of(planner),
+            oracle=any(e.oracle for e in config.planners if e.name == planner),
             start_m=np.array(scene.start_m),
             outcome=outcome,
             detail=detail,
@@ -174,7 +176,7 @@ def _days(
     """Yield a row a day, and where the planner failed if it did."""
     protocol = config.protocol_of(e.name)
     planner = _planner(e, protocol, handed)
-    mission = Mission(planner, e.name, protocol)
+    mission = Mission(planner, e.name, protocol, oracle=e.oracle)
     for world, suite in zip(worlds, suites, strict=True):
         scene = world.scene
         path = _log_path(config, folder, scene, e)
@@ -216,7 +218,7 @@ def _log_path(
         return None
     if not folder.is_dir():  # Not to be made anew where it was.
         raise RunError(f"{folder}: the run folder was moved or deleted.")
-    path = folder / "logs" / entry.name / f"{scene.name}.mcap"
+    path = log_file(folder, entry.name, scene.name)
     path.parent.mkdir(parents=True, exist_ok=True)
     return path
 

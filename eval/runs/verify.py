@@ -12,6 +12,7 @@ from beacon_mj.episode.trace import Trace
 from beacon_mj.errors import BeaconError, LogError, RunError
 from beacon_mj.eval.metrics.measure import measure
 from beacon_mj.eval.runs.frame import varied_settings
+from beacon_mj.eval.runs.log_files import log_file
 from beacon_mj.eval.runs.run_folder import (
     LINES,
     TABLE,
@@ -22,6 +23,7 @@ from beacon_mj.eval.runs.run_folder import (
 from beacon_mj.eval.runs.scene_cache import released_scene_suite
 from beacon_mj.eval.runs.variants import text_of
 from beacon_mj.eval.runs.worker_process import in_parallel
+from beacon_mj.files import files_below
 from beacon_mj.recording.verify import Verification, verify
 
 Key = tuple[str, str, int]
@@ -34,7 +36,7 @@ def logs_below(folder: Path) -> list[Path]:
     Raises:
         RunError: If there is none.
     """
-    found = sorted(folder.rglob("*.mcap"))
+    found = files_below(folder, ".mcap")
     if not found:
         raise RunError(f"{folder}: expected a folder with logs (*.mcap).")
     return found
@@ -129,8 +131,8 @@ def verify_logs(paths: Sequence[Path], workers: int = 1) -> Iterator[Verificatio
 
 def missing_logs(run: Path) -> int:
     """Return how many rows of a run have no finished log."""
-    names = ((row.planner, f"{row.scene_name}.mcap") for row in load_rows(run))
-    return sum(not run.joinpath("logs", *name).is_file() for name in names)
+    logs = (log_file(run, row.planner, row.scene_name) for row in load_rows(run))
+    return sum(not log.is_file() for log in logs)
 
 
 def _only(path: Path, tables: Mapping[str, Rows]) -> dict[str, Rows]:
@@ -139,7 +141,8 @@ def _only(path: Path, tables: Mapping[str, Rows]) -> dict[str, Rows]:
         name: {
             key: row
             for key, row in rows.items()
-            if (key[0], f"{key[1]}_{key[2]:04d}") == (path.parent.name, path.stem)
+            if log_file(Path(), key[0], f"{key[1]}_{key[2]:04d}").parts[-2:]
+            == path.parts[-2:]
         }
         for name, rows in tables.items()
     }

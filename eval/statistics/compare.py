@@ -124,6 +124,8 @@ class Comparison(msgspec.Struct, frozen=True, kw_only=True):
     Attributes:
         first: Label of the arm that is judged.
         baseline: Label of the other.
+        first_oracle: Whether the judged planner was told the truth.
+        baseline_oracle: Whether the other one was.
         left_out: Scenes that only one of them has.
         p_holm: McNemar's p-value of overall success, adjusted by Holm's procedure
             for the number of comparisons made together.
@@ -134,6 +136,8 @@ class Comparison(msgspec.Struct, frozen=True, kw_only=True):
 
     first: str
     baseline: str
+    first_oracle: bool = False
+    baseline_oracle: bool = False
     left_out: int
     p_holm: float
     cells: dict[str, FamilyComparison]
@@ -156,6 +160,8 @@ def _comparison(matched: Matched) -> Comparison:
     return Comparison(
         first=matched.first,
         baseline=matched.baseline,
+        first_oracle=any(row.oracle for row, _ in matched.pairs),
+        baseline_oracle=any(row.oracle for _, row in matched.pairs),
         left_out=matched.left_out,
         p_holm=1.0,
         cells={name: _cell(name, own) for name, own in found.items()},

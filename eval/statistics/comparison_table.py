@@ -10,6 +10,7 @@ from beacon_mj.eval.statistics.compare import (
     FamilyComparison,
 )
 from beacon_mj.eval.statistics.grouping import OVERALL, shown
+from beacon_mj.eval.statistics.oracles import NOTE, marked
 from beacon_mj.rendering.tables import Listing, add_line, plain_table
 
 #: Columns of costs that a terminal has room for, with heading and digits.
@@ -52,11 +53,14 @@ class Comparisons(Listing[Comparison]):
         parts: list[Table | str] = []
         for comparison in self:
             parts += [_table(comparison, len(self)), ""]
-        return [*parts, LEGEND]
+        parts.append(LEGEND)
+        told = any(c.first_oracle or c.baseline_oracle for c in self)
+        return [*parts, NOTE] if told else parts
 
 
 def _table(comparison: Comparison, together: int) -> Table:
-    title = f"{comparison.first} against {comparison.baseline}"
+    first = marked(comparison.first, comparison.first_oracle)
+    title = f"{first} against {marked(comparison.baseline, comparison.baseline_oracle)}"
     if together > 1:
         title += f"; success: p {_p(comparison.p_holm)} among {together} (Holm)"
     table = plain_table(title, collapse_padding=True)

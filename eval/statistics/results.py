@@ -9,6 +9,7 @@ from beacon_mj.eval.metrics.row import Row
 from beacon_mj.eval.runs.config import RunConfig
 from beacon_mj.eval.runs.frame import frame
 from beacon_mj.eval.runs.jobs import Fault
+from beacon_mj.eval.runs.log_files import log_file
 from beacon_mj.eval.runs.run_folder import load_config, load_rows
 from beacon_mj.eval.statistics.missions import mission_frame
 from beacon_mj.eval.statistics.summary import summarize
@@ -146,7 +147,7 @@ class Results(Tabular):
         Raises:
             RunError: If the episode left none.
         """
-        path = self.folder / "logs" / planner / f"{family}_{index:04d}.mcap"
+        path = log_file(self.folder, planner, f"{family}_{index:04d}")
         if not path.is_file():
             raise RunError(f"{path}: expected a log but the episode left none.")
         return path

@@ -19,6 +19,7 @@ from beacon_mj.eval.statistics.grouping import OVERALL as OVERALL
 from beacon_mj.eval.statistics.grouping import groups
 from beacon_mj.eval.statistics.intervals import rate_interval
 from beacon_mj.eval.statistics.missions import SUMS, mission_row, whole_missions
+from beacon_mj.eval.statistics.oracles import oracles
 
 OUTCOMES: tuple[str, ...] = get_args(Outcome)
 RATES = ("success", "clean_success")
@@ -63,6 +64,7 @@ def summarize(rows: Sequence[Row]) -> Summary:
     """Return all tables: `tables[planner][family or "overall"]` is one entry.
 
     Where more than one suite is present there is one of each, `suite NAME`, too.
+    `oracles` names the planners that were told the truth.
 
     Args:
         rows: Rows of a run, in any order.
@@ -73,6 +75,7 @@ def summarize(rows: Sequence[Row]) -> Summary:
     return {
         "episodes": len(ordered),
         "rows_sha256": rows_sha256(ordered),
+        "oracles": oracles(ordered),
         "tables": {
             p: _planner([r for r in ordered if r.planner == p]) for p in planners
         },

@@ -7,6 +7,7 @@ from rich.table import Table
 
 from beacon_mj.eval.statistics.grouping import shown
 from beacon_mj.eval.statistics.intervals import Interval
+from beacon_mj.eval.statistics.oracles import NOTE, marked
 from beacon_mj.eval.studies.ablation import Effect
 from beacon_mj.eval.studies.ladder import Step
 from beacon_mj.rendering.tables import Tabular, add_line, plain_table
@@ -27,6 +28,7 @@ class Ablation(Tabular):
 
     Attributes:
         planner: Its name.
+        oracle: Whether it is told the truth about each world.
         effects: One a variant, situation and family.
         ladder: The ladder of memory: one a rung, situation and family.
         folder: Where the runs are, and `ablation.json` and `ladder.json`.
@@ -40,9 +42,12 @@ class Ablation(Tabular):
         ladder: Sequence[Step],
         folder: Path,
         notes: Sequence[str] = (),
+        *,
+        oracle: bool = False,
     ) -> None:
         """Hold the effects; see `beacon_mj.ablate`, which measures them."""
         self.planner = planner
+        self.oracle = oracle
         self.effects = tuple(effects)
         self.ladder = tuple(ladder)
         self.folder = folder
@@ -55,11 +60,13 @@ class Ablation(Tabular):
         if self.ladder:
             names = shown([*dict.fromkeys(step.family for step in self.ladder)])
             parts += [*map(self._ladder, names), LADDER_LEGEND]
-        return [*parts, *self.notes]
+        notes = [NOTE, *self.notes] if self.oracle else self.notes
+        return [*parts, *notes]
 
     def _table(self, family: str) -> Table:
         own = [effect for effect in self.effects if effect.family == family]
-        table = plain_table(f"{self.planner}, {family}: {_scenes(own)}")
+        who = marked(self.planner, self.oracle)
+        table = plain_table(f"{who}, {family}: {_scenes(own)}")
         table.add_column("", no_wrap=True)
         for heading in ("ok", "clean", "steps", "path m"):
             table.add_column(heading, justify="right", no_wrap=True)

@@ -21,6 +21,7 @@ from beacon_mj.eval.studies.parameter_grid import (
     settings_of,
 )
 from beacon_mj.eval.studies.sweep import Score, Span, SweepRequest
+from beacon_mj.files import replacing
 
 REQUEST, RESULT = "request.json", "sweep.json"
 
@@ -154,9 +155,9 @@ def _claim(request: SweepRequest, out: Path) -> None:
 
 
 def _write(path: Path, value: SweepRequest | Result) -> None:
-    part = path.with_name(f"{path.name}.part")
-    part.write_bytes(msgspec.json.format(msgspec.json.encode(value), indent=1) + b"\n")
-    part.replace(path)
+    text = msgspec.json.format(msgspec.json.encode(value), indent=1) + b"\n"
+    with replacing(path, RunError) as part:
+        part.write_bytes(text)
 
 
 def _select(
