@@ -11,6 +11,7 @@ __version__ = "0.2.0.dev0"
 if TYPE_CHECKING:
     from beacon_mj.cli.views.progress import show_progress as show_progress
     from beacon_mj.episode.conformance import check_planner as check_planner
+    from beacon_mj.episode.mission import run_mission as run_mission
     from beacon_mj.episode.protocol import Protocol as Protocol
     from beacon_mj.episode.run import run_episode as run_episode
     from beacon_mj.episode.trace import Trace as Trace
@@ -124,6 +125,7 @@ _HOME = {
     "run_episode": "beacon_mj.episode.run",
     "save_obstacle": "beacon_mj.scene_gen.pymjcf_export",
     "run_fidelity": "beacon_mj.fidelity",
+    "run_mission": "beacon_mj.episode.mission",
     "show_progress": "beacon_mj.cli.views.progress",
     "sweep": "beacon_mj.eval.api.studies",
     "verify": "beacon_mj.eval.api.verification",

@@ -18,6 +18,10 @@ class SceneError(BeaconError):
     """A scene that is not valid, or not the scene that was asked for."""
 
 
+class MalformedSceneError(SceneError):
+    """A scene made in Python that no scene file could hold."""
+
+
 class TemplateError(BeaconError):
     """A family or obstacle template that cannot be read or used."""
 

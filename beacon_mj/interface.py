@@ -67,6 +67,10 @@ class Task:
         max_steps: Control steps after which the episode ends.
         motion_cost_jpm: The protocol's kappa_d, energy per metre travelled [J/m].
         seed: The planner's own stream of randomness.
+        mission_day: Which day of a mission this is, from 0; None outside missions. The
+            days of a mission are tasks in one room: obstacles keep their ids, and start
+            and goal are new each day.
+        mission_days: How many days the mission has; None outside missions.
     """
 
     workspace_m: tuple[float, float, float, float]
@@ -84,6 +88,8 @@ class Task:
     motion_cost_jpm: float
     seed: int
     sensor: SensorSheet = SensorSheet()
+    mission_day: int | None = None
+    mission_days: int | None = None
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -91,7 +97,7 @@ class SensedObstacle:
     """One obstacle as it was last seen.
 
     Attributes:
-        id: Its name, stable over the episode.
+        id: Its name, stable over the episode, and over the days of a mission.
         footprint: Outline on the floor at the pose of the last sighting.
         centroid_m: Centroid of that outline, shape (2,) [m].
         height_m: Height above the floor [m].

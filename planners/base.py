@@ -26,7 +26,8 @@ class Planner(ABC, Generic[C]):
     """Decides one velocity per control step from what the sensor reports.
 
     A planner is built from its configuration, reset with the task of each episode, and
-    then asked once per control step. It sees the world through `Observation` only: true
+    then asked once per control step. On each further day of a mission it is told
+    `next_day` in place of `reset`. It sees the world through `Observation` only: true
     class, mass, friction and break force are out of reach.
 
     A planner with parameters says so twice, for people and for type checkers:
@@ -54,6 +55,16 @@ class Planner(ABC, Generic[C]):
     @abstractmethod
     def reset(self, task: Task) -> None:
         """Forget everything and start on `task`."""
+
+    def next_day(self, task: Task) -> None:
+        """Start on `task`, the next day of the mission that the planner is in.
+
+        Obstacles keep their ids overnight, but not always their places. A planner that
+        knows nothing of missions forgets everything: this is `reset`. One that keeps
+        what it learned defines this method, and calls it for no other mission: after a
+        day on which it failed, it is built anew and `reset`.
+        """
+        self.reset(task)
 
     @abstractmethod
     def act(self, observation: Observation) -> Command:

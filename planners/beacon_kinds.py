@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from beacon_mj.planners.beacon import BeaconConfig, BeaconPolicy
-from beacon_mj.planners.contact.belief import BeliefSettings
+from beacon_mj.planners.contact.belief_settings import BeliefSettings
 from beacon_mj.planners.contact.loop import ContactPlanner
 
 

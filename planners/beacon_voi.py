@@ -9,7 +9,7 @@ from beacon_mj.interface import Observation, SensedObstacle, Task
 from beacon_mj.motion.detour import FreeRoute
 from beacon_mj.numerics import norm
 from beacon_mj.planners.checks import expect_between
-from beacon_mj.planners.contact.belief import BeliefSettings
+from beacon_mj.planners.contact.belief_settings import BeliefSettings
 from beacon_mj.planners.contact.candidates import PushPlan
 from beacon_mj.planners.contact.cost_to_go import TravelTimes
 from beacon_mj.planners.contact.decision import MOST_OPTIONS, Decision

@@ -14,6 +14,7 @@ from types import ModuleType
 
 from beacon_mj.errors import PlannerError, describe, unknown
 from beacon_mj.planners.base import Planner
+from beacon_mj.regular_files import read_regular
 
 GROUP = "beacon_mj.planners"  #: Entry-point group through which third parties join.
 #: The planners of the paper's Table II: what `all` stands for.
@@ -36,6 +37,7 @@ REFERENCE = {
     "clairvoyant": "beacon_mj.planners.clairvoyant:Clairvoyant",
 }
 ALIASES = {"bug": "bug1"}
+MAX_BYTES = 16_000_000  #: Of a planner's file.
 
 
 def planner_names() -> dict[str, str]:
@@ -107,7 +109,7 @@ def _file_module(path: Path) -> ModuleType:
     Raises:
         ImportError: Whatever the file raises, but for Ctrl-C.
     """
-    source = path.read_bytes()
+    source = read_regular(path, MAX_BYTES)
     digest = hashlib.sha256(os.fsencode(path) + b"\0" + source).hexdigest()
     package = f"beacon_mj_planner_{digest[:16]}"
     name = f"{package}.{path.stem}"

@@ -9,7 +9,7 @@ import numpy as np
 from beacon_mj.interface import Observation, Probabilities, SensedObstacle
 from beacon_mj.motion.detour import FreeRoute
 from beacon_mj.planners.checks import expect_all_between, expect_between
-from beacon_mj.planners.contact.belief import BeliefSettings
+from beacon_mj.planners.contact.belief_settings import BeliefSettings
 from beacon_mj.planners.contact.candidates import PushPlan
 from beacon_mj.planners.contact.decision import Decision, decide, decide_in_turn
 from beacon_mj.planners.contact.limits import PushLimits

@@ -3,7 +3,7 @@
 A family is a valid MJCF model. Its `<custom>` section carries the numbers, one
 `<default class>` per interaction class how obstacles look and behave, and the bodies
 of its world which shapes occur. MuJoCo's `MjSpec` reads, checks and compiles the file
-once.
+once; a file of the user's own in a process with limits.
 """
 
 import functools
@@ -12,12 +12,17 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, get_args
+
+import msgspec
 
 from beacon_mj.constants import CLASSES
 from beacon_mj.errors import TemplateError, unknown
 from beacon_mj.mjcf_templates import ROOT
 from beacon_mj.scene import Surface
-from beacon_mj.scene_gen.mjcf_files import template_sha256
+from beacon_mj.scene.shapes import Shape
+from beacon_mj.scene_gen.limited_reader import read_apart
+from beacon_mj.scene_gen.mjcf_files import load_template, template_sha256
 from beacon_mj.scene_gen.mjcf_reader import Mjcf, element_error, read_mjcf
 from beacon_mj.scene_gen.prototypes import Prototype, read_prototypes
 
@@ -226,6 +231,64 @@ def read_family(path: Path) -> Family:
 @functools.lru_cache(maxsize=64)
 def _read_family(path: Path, sha256: str) -> Family:
     """Read one family; one of which any file was edited since is read again."""
+    if load_template(path).shipped:
+        return compile_family(path)
+    try:
+        plain = msgspec.json.decode(read_apart(path), type=_Plain)
+        prototypes = tuple(_prototype(*p) for p in plain.prototypes)
+    except (msgspec.MsgspecError, KeyError, TypeError) as error:
+        raise TemplateError(f"{path}: no family: {error}.") from error
+    return Family(
+        name=path.stem,
+        source=path,
+        layout=plain.layout,
+        numerics=plain.numerics,
+        texts=plain.texts,
+        prototypes=prototypes,
+        surfaces=plain.surfaces,
+    )
+
+
+class _Plain(msgspec.Struct, frozen=True, kw_only=True):
+    """What a family is read into, as JSON carries it from one process to another."""
+
+    layout: str
+    numerics: dict[str, tuple[float, ...]]
+    texts: dict[str, str]
+    prototypes: tuple[tuple[str, dict[str, Any]], ...]
+    surfaces: tuple[Surface, Surface, Surface]
+
+
+def to_json(family: Family) -> bytes:
+    """Return all that was read from a family's files."""
+    plain = _Plain(
+        layout=family.layout,
+        numerics=dict(family.numerics),
+        texts=dict(family.texts),
+        prototypes=tuple(
+            (p.name, msgspec.to_builtins(p.nominal)) for p in family.prototypes
+        ),
+        surfaces=family.surfaces,
+    )
+    return msgspec.json.encode(plain)
+
+
+_SHAPES = {shape.__struct_config__.tag: shape for shape in get_args(Shape)}
+
+
+def _prototype(name: str, nominal: dict[str, Any]) -> Prototype:
+    """Return a prototype; its size is as it was drawn, and not yet a scene's."""
+    fields = {key: _tuples(value) for key, value in nominal.items()}
+    shape = _SHAPES[fields.pop("type")]
+    return Prototype(name, shape(**fields))
+
+
+def _tuples(value: Any) -> Any:
+    return tuple(map(_tuples, value)) if isinstance(value, list) else value
+
+
+def compile_family(path: Path) -> Family:
+    """Read and compile a family in this process; see `read_family`."""
     mjcf = read_mjcf(path)
     texts = {t.name: t.data for t in mjcf.spec.texts}
     if "layout" not in texts:

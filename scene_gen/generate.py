@@ -5,7 +5,12 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from beacon_mj.errors import GenerationError, SceneError, unknown
+from beacon_mj.errors import (
+    GenerationError,
+    MalformedSceneError,
+    SceneError,
+    unknown,
+)
 from beacon_mj.scene import Certificate, Obstacle, Profile, Scene
 from beacon_mj.scene.certificates import certify
 from beacon_mj.scene.checks import check_scene
@@ -72,6 +77,9 @@ def generate_scene(
             if reasons == {_NO_MATERIAL: CROWDED}:
                 raise
             continue
+        except MalformedSceneError as error:
+            _count(reasons, str(error).rstrip("."))
+            continue
         except SceneError:
             _count(reasons, "overlap")
             continue
@@ -79,7 +87,9 @@ def generate_scene(
         missing = _missing(family, certificate)
         if certificate is not None and missing is None:
             scene = msgspec.structs.replace(proposal, certificate=certificate)
-            return perceive(scene, perception, seed)
+            scene = perceive(scene, perception, seed)
+            check_scene(scene)
+            return scene
         _count(reasons, missing or "inconclusive")
     worst = max(reasons, key=lambda r: reasons[r])
     raise GenerationError(

@@ -80,6 +80,9 @@ def _round_points(size: Array, kind: Any) -> Array:
 
 
 def _hull_vertices(points: Array) -> Array:
-    from scipy.spatial import ConvexHull
+    from scipy.spatial import ConvexHull, QhullError
 
-    return np.asarray(points[np.sort(ConvexHull(points).vertices)])
+    try:
+        return np.asarray(points[np.sort(ConvexHull(points).vertices)])
+    except QhullError as error:
+        raise ValueError("Expected points of a solid but they lie flat.") from error

@@ -5,9 +5,11 @@ from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 
 from beacon_mj.errors import TemplateError
+from beacon_mj.regular_files import read_regular
 from beacon_mj.source_files import local_sources
 
 FILE = "layouts.py"  #: Of a template folder.
+MAX_BYTES = 16_000_000  #: Of a file of layouts.
 GROUP = "beacon_mj.layouts"  #: Entry points of packages that bring layouts.
 
 
@@ -57,7 +59,7 @@ def _imported_by(path: Path) -> list[bytes]:
 def read_source(path: Path) -> bytes:
     """Return the bytes of a file of layouts. Raises TemplateError if it cannot."""
     try:
-        return path.read_bytes()
+        return read_regular(path, MAX_BYTES)
     except OSError as error:
         raise TemplateError(
             f"{path}: cannot read the layouts: {error.strerror}"

@@ -18,6 +18,7 @@ from beacon_mj.scene_gen.template_paths import find_file, read_file, template_fo
 
 MAX_ELEMENTS = 20_000  #: Of a family with all that it includes.
 MAX_FILES = 500  #: That a family refers to, each time counted.
+MAX_TOTAL_BYTES = 256_000_000  #: Of all these files.
 MAX_DEPTH = 60  #: Of elements in each other, in one file.
 MAX_INCLUDES = 8  #: Of files that include each other.
 _FOLDERS = ("meshdir", "texturedir", "assetdir")
@@ -49,6 +50,7 @@ class Template:
         parts: The bytes that decide what the family is, in order.
         assets: Content of every mesh or picture; a key holds the content's hash,
             because MuJoCo keeps what it has read, and looks for it under the key alone.
+        total_bytes: Of all files that it refers to, each time counted.
     """
 
     path: Path
@@ -56,11 +58,17 @@ class Template:
     origins: dict[ET.Element, Origin] = field(default_factory=dict)
     parts: list[bytes] = field(default_factory=list)
     assets: dict[str, bytes] = field(default_factory=dict)
+    total_bytes: int = 0
 
     @property
     def folder(self) -> Path:
         """The template folder that the family file belongs to."""
         return template_folder(self.path)
+
+    @property
+    def shipped(self) -> bool:
+        """Whether all its files are shipped ones, or unchanged copies of them."""
+        return all(origin.shipped for origin in self.origins.values())
 
     @property
     def sha256(self) -> str:
@@ -150,6 +158,7 @@ def _expanded(
         for name in [k for k in element.attrib if k.startswith("file")]:
             source = find_file(element.attrib[name], path, template.folder)
             content = read_file(source)
+            _check_total(template, len(content))
             template.parts += [element.attrib[name].encode(), content]
             if element.tag == "include":
                 included = _expanded(template, content, source, (*trail, path))
@@ -157,6 +166,15 @@ def _expanded(
             else:
                 _refer(template, element, name, content)
     return root
+
+
+def _check_total(template: Template, more: int) -> None:
+    template.total_bytes += more
+    if template.total_bytes > MAX_TOTAL_BYTES:
+        raise TemplateError(
+            f"{template.path}: expected files of at most {MAX_TOTAL_BYTES} bytes in "
+            "all but they have more."
+        )
 
 
 def _is_shipped(path: Path, text: bytes) -> bool:

@@ -21,11 +21,20 @@ _ALLOWED = {
         "asset", "compiler", "custom", "default", "statistic", "visual", "worldbody",
     ),
     "asset": ("material", "mesh", "texture"),
+    "custom": ("numeric", "text"),
+    "default": ("default", "geom", "material", "mesh"),
     "worldbody": ("body",),
     "body": ("body", "frame", "freejoint", "geom", "inertial", "joint"),
     "frame": ("body", "frame", "geom"),
     "geom": (),
     "mesh": (),
+    "numeric": (),
+    "text": (),
+    "texture": (),
+    "freejoint": (),
+    "inertial": (),
+    "joint": (),
+    "compiler": (),
 }  # fmt: skip
 #: Friction of a class that does not give all three numbers.
 _FRICTION = "0.5 0.005 0.004"

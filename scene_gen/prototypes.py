@@ -137,8 +137,13 @@ def _prototype(
                 f"{where}: expected the geoms of body {name!r} to be solid (sphere, "
                 f"capsule, ellipsoid, cylinder, box, mesh) but one is a {word}."
             )
-    shape = _simple_shape(model, geoms[0], name) if len(geoms) == 1 else None
-    prototype = Prototype(name, shape or _hulls(model, geoms, name))
+    try:
+        shape = _simple_shape(model, geoms[0], name) if len(geoms) == 1 else None
+        prototype = Prototype(name, shape or _hulls(model, geoms, name))
+    except ValueError as error:
+        raise TemplateError(
+            f"{where}: expected the geoms of body {name!r} to be solid but one is flat."
+        ) from error
     _check_storable(prototype, where)
     return prototype
 

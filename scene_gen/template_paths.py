@@ -8,6 +8,7 @@ from pathlib import Path, PurePosixPath
 
 from beacon_mj.errors import TemplateError
 from beacon_mj.mjcf_templates import ROOT
+from beacon_mj.regular_files import read_regular
 
 MAX_BYTES = 64_000_000  #: Of one file of a template.
 
@@ -20,14 +21,7 @@ def template_folder(path: Path) -> Path:
 def read_file(path: Path) -> bytes:
     """Return the bytes of a file. Raises TemplateError if it is not fit to be read."""
     try:
-        if path.exists() and not path.is_file():
-            raise TemplateError(f"{path}: expected a regular file.")
-        size = path.stat().st_size
-        if size > MAX_BYTES:
-            raise TemplateError(
-                f"{path}: expected at most {MAX_BYTES} bytes but it has {size}."
-            )
-        return path.read_bytes()
+        return read_regular(path, MAX_BYTES)
     except OSError as error:
         raise TemplateError(
             f"{path}: cannot read the template: {error.strerror}"

@@ -62,7 +62,9 @@ ALLOWED = {
     ("beacon_mj/scene/shapes.py", "from scipy.spatial import ConvexHull, QhullError"): (
         _QHULL
     ),
-    ("scene_gen/geom_points.py", "from scipy.spatial import ConvexHull"): _QHULL,
+    ("scene_gen/geom_points.py", "from scipy.spatial import ConvexHull, QhullError"): (
+        _QHULL
+    ),
     ("planners/contact/force_scale.py", "math.erfc"): _ERFC,
     ("scene_gen/learning/latents.py", "math.erfc"): (
         "libm's scalar function, in a chance that is rounded to 12 places"

@@ -61,8 +61,15 @@ class Door:
         Raises:
             PlannerFailure: If it fails.
         """
-        given = task if self._remote else sealed_task(task)
-        self._call(self._reset, RESET_LIMITS * self._limit_s, given, truth)
+        self._begin(self._reset, task, truth)
+
+    def next_day(self, task: Task, truth: object = None) -> None:
+        """Start the planner on the next day of its mission; see `reset`.
+
+        Raises:
+            PlannerFailure: If it fails.
+        """
+        self._begin(self._next_day, task, truth)
 
     def decide(self, observation: Observation) -> tuple[Command, float]:
         """Return the checked command, and the wall-clock time of the decision [s].
@@ -86,10 +93,19 @@ class Door:
         """Put back what the planner did to the process."""
         self._state.restore()
 
+    def _begin(self, call: Callable[..., Any], task: Task, truth: object) -> None:
+        given = task if self._remote else sealed_task(task)
+        self._call(call, RESET_LIMITS * self._limit_s, given, truth)
+
     def _reset(self, task: Task, truth: object) -> None:
         if truth is not None:
             self._planner.set_truth(truth)
         self._planner.reset(task)
+
+    def _next_day(self, task: Task, truth: object) -> None:
+        if truth is not None:
+            self._planner.set_truth(truth)
+        self._planner.next_day(task)
 
     def _decide(self, observation: Observation) -> tuple[Command, float]:
         began = time.perf_counter()

@@ -3,7 +3,7 @@
 import functools
 import math
 from collections.abc import Mapping
-from typing import Annotated, Any, TypeVar, get_args, get_type_hints
+from typing import Annotated, Any, Literal, TypeVar, get_args, get_type_hints
 
 import msgspec
 from msgspec import Meta
@@ -14,7 +14,6 @@ from beacon_mj.interface import SensorSheet
 from beacon_mj.scene import Scene, Sensing
 from beacon_mj.scene_gen.perception import force_errors
 
-NonNegative = Annotated[float, Meta(ge=0.0, le=1e6)]
 #: Sensing radius beyond every workspace [m].
 EVERYTHING_M = 100.0
 #: Key of the value at which a field hides nothing. Every field that makes the sensor
@@ -48,8 +47,9 @@ class Protocol(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
             rooms of up to 6 x 6 m, and in larger ones for as many more as the room's
             diagonal is longer.
         goal_tolerance_m: Distance to the goal that counts as reached.
-        motion_cost_jpm: kappa_d of App. B, energy per metre [J/m]; None for a cost of
-            transport of 0.2, which is 0.2 m g.
+        motion_cost_jpm: kappa_d of App. B, energy per metre [J/m], at least 0.001:
+            energies are divided by it. None for a cost of transport of 0.2, which is
+            0.2 m g.
         battery_ends_episode: Whether an empty battery ends the episode.
         stuck_after_s: Time within which the robot must leave a disc of
             `stuck_radius_m`, or the outcome is `stuck`.
@@ -69,6 +69,8 @@ class Protocol(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
             axis; None for the family's, or 0.
         force_noise: Standard deviation of a felt force over that force; None for the
             family's, or 0.
+        overnight: How each further day of a mission finds the room: `restored`, as the
+            scene has it, or `as_left` by the planner on the day before.
     """
 
     sensing_radius_m: (
@@ -77,7 +79,7 @@ class Protocol(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     ) = None
     max_steps: Annotated[int, Meta(ge=1, le=10**6)] | None = None
     goal_tolerance_m: Annotated[float, Meta(gt=0.0, le=1.0)] = 0.10
-    motion_cost_jpm: NonNegative | None = None
+    motion_cost_jpm: Annotated[float, Meta(ge=1e-3, le=1e6)] | None = None
     battery_ends_episode: bool = False
     stuck_after_s: Annotated[float, Meta(gt=0.0, le=1e4)] = 20.0
     stuck_radius_m: Annotated[float, Meta(gt=0.0, le=1.0)] = 0.05
@@ -97,6 +99,8 @@ class Protocol(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     force_noise: (
         Annotated[float, Meta(ge=0.0, le=1.0, extra={_CERTAIN: 0.0})] | None
     ) = None
+
+    overnight: Literal["restored", "as_left"] = "restored"
 
     @classmethod
     def preset(cls, name: str) -> "Protocol":

@@ -1,10 +1,11 @@
 """The execution loop of one episode (paper II.I)."""
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Protocol as Interface
 
 import numpy as np
+from msgspec import UNSET
 
 from beacon_mj.episode.answers import PlannerFailure
 from beacon_mj.episode.door import Door
@@ -13,13 +14,14 @@ from beacon_mj.episode.protocol import Protocol, battery_slope
 from beacon_mj.episode.rollout import truth_about
 from beacon_mj.episode.sensor import Sensor
 from beacon_mj.episode.trace import Outcome, StepRecord, Trace
-from beacon_mj.errors import PlannerError, one_line
+from beacon_mj.errors import PlannerError, SceneError, one_line
 from beacon_mj.interface import Command, Observation, Task
 from beacon_mj.numerics import norm, norms
 from beacon_mj.planners.base import Planner
-from beacon_mj.planners.oracle.truth import Oracle, Truth
+from beacon_mj.planners.oracle.truth import Oracle
 from beacon_mj.scene import Scene
 from beacon_mj.world import SimulationError, StepOutcome, World
+from beacon_mj.world.overnight import Left
 
 
 class Listener(Interface):
@@ -54,6 +56,8 @@ def make_task(scene: Scene, protocol: Protocol, seed: int) -> Task:
         motion_cost_jpm=protocol.motion_cost(scene),
         seed=seed,
         sensor=sensor,
+        mission_day=None if scene.day is UNSET else scene.day,
+        mission_days=None if scene.days is UNSET else scene.days,
     )
 
 
@@ -65,6 +69,8 @@ def run_episode(
     seed: int = 0,
     listeners: Sequence[Listener] = (),
     world: World | None = None,
+    left: Left | None = None,
+    goes_on: bool = False,
 ) -> Trace:
     """Run one episode to its end.
 
@@ -76,17 +82,29 @@ def run_episode(
         seed: The planner's seed.
         listeners: Recorders and displays.
         world: A world of the same scene to reuse; it is reset first.
+        left: How the room was left the day before; None for the scene's own places.
+        goes_on: Whether the planner ran the day before, and is told `next_day` in place
+            of `reset`; see `beacon_mj.run_mission`.
 
     Returns:
         The trace. A planner that fails, or a simulation that diverges, ends its
         episode with an outcome that says so; nothing is raised for it.
+
+    Raises:
+        SceneError: If the scene is not valid, or `world` is another's.
     """
     began = time.perf_counter()
     protocol = Protocol() if protocol is None else protocol
-    if world is None:
-        world = World(scene, protocol.timestep_s)
+    if world is not None and world.scene != scene:
+        raise SceneError(
+            f"Expected a world of scene {scene.name} but it is of {world.scene.name}, "
+            "or of another version of it."
+        )
+    if world is not None or left is not None:
+        world = world or World(scene, protocol.timestep_s)
+        world.reset(left)
     else:
-        world.reset()
+        world = World(scene, protocol.timestep_s)
     sensor = Sensor(world, protocol)
     observation = sensor.observe(None, 1.0)
     trace = Trace(
@@ -94,19 +112,21 @@ def run_episode(
         scene=scene,
         protocol=protocol,
         start_m=world.position_m,
+        left=left,
         first_sensed=tuple(o.id for o in observation.obstacles),
     )
     for listener in listeners:
         listener.begin(trace, world, observation)
     truth = None
     if isinstance(planner, Oracle):
-        truth = truth_about(scene, protocol, run_episode)
+        truth = truth_about(scene, protocol, run_episode, left)
     door = Door(planner, protocol.decision_limit_s)
     loop = _Loop(trace, door, world, sensor, listeners)
     try:
         with watched():
             task = make_task(scene, protocol, seed)
-            trace.outcome = loop.run(task, truth, observation)
+            begin = door.next_day if goes_on else door.reset
+            trace.outcome = loop.run(lambda: begin(task, truth), task, observation)
     finally:
         door.close()
     trace.wall_time_s = time.perf_counter() - began
@@ -135,10 +155,12 @@ class _Loop:
         self.slope = battery_slope(trace.scene)
         self.positions = [trace.start_m]
 
-    def run(self, task: Task, truth: Truth | None, observation: Observation) -> Outcome:
-        """Step until the episode ends; return how."""
+    def run(
+        self, begin: Callable[[], None], task: Task, observation: Observation
+    ) -> Outcome:
+        """Start the planner, and step until the episode ends; return how."""
         try:
-            self.door.reset(task, truth)
+            begin()
             while True:
                 command, seconds = self.door.decide(observation)
                 if command.give_up:

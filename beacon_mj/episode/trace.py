@@ -12,6 +12,7 @@ from beacon_mj.geometry import Array
 from beacon_mj.interface import Command
 from beacon_mj.scene import Scene
 from beacon_mj.world.outcome import StepOutcome
+from beacon_mj.world.overnight import Left
 
 Outcome = Literal[
     "reached",
@@ -51,6 +52,7 @@ class Trace:
         planner: Name of the planner.
         scene: The whole truth about its world.
         protocol: How it was run.
+        left: How the room was left the day before; None where it is as in the scene.
         start_m: Recorded start, shape (2,) [m].
         first_sensed: Ids of obstacles sensed before the first step.
         steps: The control steps, in order.
@@ -63,6 +65,7 @@ class Trace:
     scene: Scene
     protocol: Protocol
     start_m: Array
+    left: Left | None = None
     first_sensed: tuple[str, ...] = ()
     steps: list[StepRecord] = field(default_factory=list)
     outcome: Outcome | None = None

@@ -85,15 +85,15 @@ class Grid:
         return cells, norms(self.centres(cells) - point)
 
     def window(self, low: Array, high: Array) -> tuple[int, int, int, int]:
-        """Rows [r0, r1) and columns [c0, c1) that cover a box between two corners."""
+        """Rows [r0, r1) and columns [c0, c1) that cover a box between two corners.
+
+        A box outside of the grid has none: r0 = r1 or c0 = c1.
+        """
         c0, r0 = np.floor((low - (self.west_m, self.south_m)) / self.cell_m)
         c1, r1 = np.ceil((high - (self.west_m, self.south_m)) / self.cell_m)
-        return (
-            max(int(r0), 0),
-            min(int(r1), self.rows),
-            max(int(c0), 0),
-            min(int(c1), self.cols),
-        )
+        r0, c0 = min(max(int(r0), 0), self.rows), min(max(int(c0), 0), self.cols)
+        r1, c1 = min(int(r1), self.rows), min(int(c1), self.cols)
+        return r0, max(r0, r1), c0, max(c0, c1)
 
 
 class ClearanceField:

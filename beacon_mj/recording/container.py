@@ -1,7 +1,7 @@
 """The records of an MCAP file that may be unfinished, damaged or hostile.
 
-Everything that is read passes a checksum where the format has one, and nothing makes
-the reader allocate more than `MAX_CHUNK_BYTES` at once or `MAX_LOG_BYTES` in all.
+Everything that is read passes a checksum where the format has one, and what is unpacked
+stays in proportion to the file: `SPARE_BYTES`, and `UNPACKED` times its size.
 """
 
 import struct
@@ -17,9 +17,13 @@ from mcap.records import Attachment, Chunk, Footer, McapRecord
 from mcap.stream_reader import StreamReader, breakup_chunk
 
 from beacon_mj.errors import LogError
+from beacon_mj.regular_files import read_regular
 
 MAX_CHUNK_BYTES = 16 << 20  #: Largest chunk, declared or real [bytes].
 MAX_LOG_BYTES = 512 << 20  #: Largest log, on disk or unpacked [bytes].
+SPARE_BYTES = 4 << 20  #: That messages may have unpacked in any log [bytes].
+UNPACKED = 16  #: And times the file's size; logs of episodes take up to 3.
+MAX_ATTACHMENTS = 8  #: Scene and world are two; each may be as large as a chunk.
 PACKED = ".gz"  #: Ending of the name of an attachment that is packed.
 MAGIC = b"\x89MCAP0\r\n"
 _FOOTER_BYTES = 9 + 20 + len(MAGIC)
@@ -47,13 +51,7 @@ class Container:
         """Read the file. Raises LogError if it cannot be or is no MCAP file."""
         self.path = path
         try:
-            size = path.stat().st_size
-            if size > MAX_LOG_BYTES:
-                raise LogError(
-                    f"{path}: expected a log of at most {MAX_LOG_BYTES} bytes but it "
-                    f"has {size}."
-                )
-            self._data = path.read_bytes()
+            self._data = read_regular(path, MAX_LOG_BYTES)
         except OSError as error:
             raise LogError(f"{path}: cannot read the log: {error.strerror}") from error
         if not self._data.startswith(MAGIC):
@@ -95,7 +93,7 @@ class Container:
             validate_crcs=True,
             record_size_limit=MAX_CHUNK_BYTES,
         )
-        unpacked = 0
+        unpacked = attachments = 0
         for record in reader.records:
             if isinstance(record, Chunk):
                 chunk = self._unpack(record)
@@ -104,9 +102,9 @@ class Container:
                 yield from self._inside(chunk)
             else:
                 if isinstance(record, Attachment):
+                    attachments += 1
+                    self._check_attachments(attachments)
                     record = self._attachment(record)
-                    unpacked += len(record.data)
-                    self._check_total(unpacked)
                 if isinstance(record, Footer):
                     self._check_summary(record)
                 yield record
@@ -150,17 +148,31 @@ class Container:
         name, data = attachment.name, attachment.data
         if name.endswith(PACKED):
             name = name.removesuffix(PACKED)
-            data = zlib.decompressobj(wbits=31).decompress(data, MAX_CHUNK_BYTES)
+            stream = zlib.decompressobj(wbits=31)
+            data = stream.decompress(data, MAX_CHUNK_BYTES)
+            if not stream.eof:
+                raise LogError(
+                    f"{self.path}: expected attachment {name!r} to be whole and at "
+                    f"most {MAX_CHUNK_BYTES} bytes but it is not."
+                )
         if not data:
             raise LogError(f"{self.path}: attachment {attachment.name!r} is empty.")
         return replace(attachment, name=name, data=data)
 
     def _check_total(self, unpacked: int) -> None:
         """Check the number of bytes that came out so far."""
-        if unpacked > MAX_LOG_BYTES:
+        limit = min(MAX_LOG_BYTES, SPARE_BYTES + UNPACKED * len(self._data))
+        if unpacked > limit:
             raise LogError(
-                f"{self.path}: expected at most {MAX_LOG_BYTES} bytes when unpacked "
-                "but there are more."
+                f"{self.path}: expected messages of at most {limit} bytes in a log of "
+                f"{len(self._data)} bytes but there are more."
+            )
+
+    def _check_attachments(self, count: int) -> None:
+        if count > MAX_ATTACHMENTS:
+            raise LogError(
+                f"{self.path}: expected at most {MAX_ATTACHMENTS} attachments but "
+                "there are more."
             )
 
     def _check_summary(self, footer: Footer) -> None:

@@ -9,6 +9,7 @@ from typing import Any
 import msgspec
 import mujoco
 import numpy as np
+from msgspec import UNSET
 
 from beacon_mj import __version__
 from beacon_mj.constants import SCHEMA, WALL_CLOCK_COLUMNS
@@ -43,7 +44,21 @@ def config(trace: Trace, planner_config: Any, seed: int) -> dict[str, str]:
         "scene_seed": str(scene.seed),
         "perception": scene.perception,
         "scene_sha256": scene.sha256,
+        **_mission(trace),
     }
+
+
+def _mission(trace: Trace) -> dict[str, str]:
+    """Return which day of a mission an episode is, and how it found the room."""
+    scene = trace.scene
+    if scene.mission is UNSET:
+        return {}
+    found = {
+        "mission": str(scene.mission),
+        "day": str(scene.day),
+        "days": str(scene.days),
+    }
+    return found if trace.left is None else found | {"left": to_json(trace.left)}
 
 
 def result(trace: Trace, row: Mapping[str, Any] | None) -> dict[str, str]:

@@ -3,11 +3,11 @@
 import hashlib
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import msgspec
-import numpy as np
 from google.protobuf.message import DecodeError
 from mcap.records import Attachment, Channel, McapRecord, Message, Metadata, Schema
 
@@ -19,8 +19,10 @@ from beacon_mj.recording.container import Container
 from beacon_mj.recording.drawing import NS
 from beacon_mj.recording.messages import message
 from beacon_mj.recording.schemas import SCENE_NAME, TOPICS, WORLD_NAME
+from beacon_mj.recording.states import StateSequence, state_sizes
 from beacon_mj.scene import Scene
 from beacon_mj.scene.files import parse_scene
+from beacon_mj.world.overnight import Left
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -37,9 +39,11 @@ class Log:
         machine: What machine recorded it; empty where the log does not say.
         result: Outcome, detail, steps and row, as text; empty if unfinished.
         protocol: How the episode was run.
+        left: How the room was left the day before; None where it is as in the scene.
         messages: Decoded messages of each topic with their times [ns], in order.
-        qpos: Generalised positions at the start and after each step, (steps + 1, nq).
-        qvel: Generalised velocities, (steps + 1, nv).
+        positions: Generalised positions at the start and after each step: `[k]` is
+            (nq,).
+        rates: Generalised velocities: `[k]` is (nv,).
     """
 
     path: Path
@@ -51,14 +55,25 @@ class Log:
     machine: dict[str, str]
     result: dict[str, str]
     protocol: Protocol
+    left: Left | None
     messages: dict[str, list[tuple[int, Any]]]
-    qpos: Array
-    qvel: Array
+    positions: StateSequence
+    rates: StateSequence
 
     @property
     def steps(self) -> int:
         """Number of whole control steps in the log."""
-        return len(self.qpos) - 1
+        return len(self.positions) - 1
+
+    @property
+    def qpos(self) -> Array:
+        """All generalised positions, put together anew, (steps + 1, nq)."""
+        return self.positions.array()
+
+    @property
+    def qvel(self) -> Array:
+        """All generalised velocities, put together anew, (steps + 1, nv)."""
+        return self.rates.array()
 
     @property
     def planner(self) -> str:
@@ -112,21 +127,24 @@ def read_log(path: str | Path) -> Log:
         _collect(raw, record, path)
     _check_attachments(raw, path)
     _check_schema(raw, path)
+    scene, protocol = _scene(raw, path), _protocol(raw, path)
     messages = _whole_steps(_decoded(raw, path))
-    qpos, qvel = _states(messages, path)
+    _check_steps(messages, protocol.step_limit(scene), path)
+    positions, rates = _states(messages, scene, path)
     return Log(
         path=path,
         finished=container.whole and "result" in raw.metadata,
-        scene=_scene(raw, path),
+        scene=scene,
         mjcf=raw.attachments[WORLD_NAME].decode(errors="replace"),
         config=raw.metadata.get("config", {}),
         versions=raw.metadata.get("versions", {}),
         machine=raw.metadata.get("machine", {}),
         result=raw.metadata.get("result", {}),
-        protocol=_protocol(raw, path),
+        protocol=protocol,
+        left=_left(raw, path),
         messages=messages,
-        qpos=qpos,
-        qvel=qvel,
+        positions=positions,
+        rates=rates,
     )
 
 
@@ -196,8 +214,18 @@ def _protocol(raw: _Raw, path: Path) -> Protocol:
     text = raw.metadata.get("config", {}).get("protocol", "")
     try:
         return msgspec.json.decode(text, type=Protocol)
-    except (msgspec.DecodeError, UnicodeEncodeError) as error:
+    except (msgspec.DecodeError, UnicodeEncodeError, RecursionError) as error:
         raise LogError(f"{path}: the stored protocol is not valid: {error}.") from error
+
+
+def _left(raw: _Raw, path: Path) -> Left | None:
+    text = raw.metadata.get("config", {}).get("left")
+    try:
+        return None if text is None else msgspec.json.decode(text, type=Left)
+    except (msgspec.DecodeError, UnicodeEncodeError) as error:
+        raise LogError(
+            f"{path}: how the room was left is not valid: {error}."
+        ) from error
 
 
 def _decoded(raw: _Raw, path: Path) -> list[tuple[str, int, Any]]:
@@ -210,7 +238,7 @@ def _decoded(raw: _Raw, path: Path) -> list[tuple[str, int, Any]]:
             continue
         try:
             found = classes[topic].FromString(record.data)
-        except DecodeError as error:
+        except (DecodeError, RecursionError) as error:
             raise LogError(
                 f"{path}: a message on {topic} is no {TOPICS[topic]}: {error}."
             ) from error
@@ -233,10 +261,24 @@ def _whole_steps(
     return out
 
 
+def _check_steps(
+    messages: dict[str, list[tuple[int, Any]]], limit: int, path: Path
+) -> None:
+    """Check that there are no more steps than may be, each later than the last."""
+    times = [time_ns for time_ns, _ in messages["/step"]]
+    if len(times) > limit + 1:
+        raise LogError(
+            f"{path}: expected at most {limit} steps, as its protocol says, but there "
+            f"are {len(times) - 1}."
+        )
+    if any(after <= before for before, after in pairwise(times)):
+        raise LogError(f"{path}: expected each step to be later than the last.")
+
+
 def _states(
-    messages: dict[str, list[tuple[int, Any]]], path: Path
-) -> tuple[Array, Array]:
-    """Return every state, (steps + 1, nq) and (steps + 1, nv)."""
+    messages: dict[str, list[tuple[int, Any]]], scene: Scene, path: Path
+) -> tuple[StateSequence, StateSequence]:
+    """Return every state's positions and velocities."""
     found = messages["/state"]
     if not found:
         raise LogError(
@@ -248,23 +290,10 @@ def _states(
             f"{path}: expected a full state at the start and one state per step but "
             f"there are {len(found)} states and {len(messages['/step'])} steps."
         )
-    qpos = np.array(found[0][1].qpos, np.float64)
-    qvel = np.array(found[0][1].qvel, np.float64)
-    positions, rates = [qpos], [qvel]
+    nq, nv = state_sizes(scene)
+    positions = StateSequence(found[0][1].qpos, nq, path)
+    rates = StateSequence(found[0][1].qvel, nv, path)
     for _, state in found[1:]:
-        positions.append(_advanced(positions[-1], state.qpos_index, state.qpos, path))
-        rates.append(_advanced(rates[-1], state.qvel_index, state.qvel, path))
-    return np.array(positions), np.array(rates)
-
-
-def _advanced(before: Array, index: Any, values: Any, path: Path) -> Array:
-    """Return a state with some of its numbers replaced."""
-    where = np.array(index, np.int64)
-    if len(where) != len(values) or (len(where) and where.max() >= len(before)):
-        raise LogError(
-            f"{path}: expected a state to change numbers it has but it changes "
-            f"{len(where)} places to {len(values)} values."
-        )
-    after = before.copy()
-    after[where] = np.array(values, np.float64)
-    return after
+        positions.append(state.qpos_index, state.qpos)
+        rates.append(state.qvel_index, state.qvel)
+    return positions, rates

@@ -6,6 +6,7 @@ from typing import Any, get_args
 
 import numpy as np
 
+from beacon_mj.episode.answers import PATH_POINTS
 from beacon_mj.episode.trace import Outcome, StepRecord, Trace
 from beacon_mj.errors import LogError
 from beacon_mj.geometry import Array
@@ -19,6 +20,9 @@ from beacon_mj.interface import (
 from beacon_mj.recording.reader import Log, read_log
 from beacon_mj.world.outcome import Damage, Displacement, PairForce, StepOutcome
 from beacon_mj.world.pushes import AttemptEnd
+
+#: Points of paths that are put together from two parts, in all steps of an episode.
+MAX_POINTS = 20_000_000
 
 
 def read_trace(path: str | Path) -> Trace:
@@ -54,7 +58,9 @@ class _Rebuild:
         self._plan = _Latest(log.messages["/plan"])
         self._belief = _Latest(log.messages["/belief"])
         self._decision: Any = None
+        self._terms: dict[str, float] = {}
         self._points = np.zeros((0, 2))
+        self._copied = 0
         self._beliefs: dict[str, Probabilities] = {}
         self._contacts = _by_time(log, "/contacts")
         self._pushes = _by_time(log, "/push")
@@ -75,6 +81,7 @@ class _Rebuild:
             scene=log.scene,
             protocol=log.protocol,
             start_m=_planar(start[1].position_m),
+            left=log.left,
             first_sensed=tuple(start[1].newly_sensed),
         )
         trace.steps = [
@@ -111,6 +118,7 @@ class _Rebuild:
     def _info(self, time_ns: int, command: Any) -> PlannerInfo:
         if (found := self._decisions.until(time_ns)) is not None:
             self._decision = found
+            self._terms = {term.name: term.value for term in found.terms}
         if (decision := self._decision) is None:
             raise LookupError("no decision before the first command")
         if (plan := self._plan.until(time_ns)) is not None:
@@ -125,7 +133,7 @@ class _Rebuild:
             target=_optional(decision, "target"),
             cost_push=_optional(decision, "cost_push"),
             cost_detour=_optional(decision, "cost_detour"),
-            terms={term.name: term.value for term in decision.terms},
+            terms=self._terms,
             path_m=self._path(command),
             beliefs=self._beliefs,
             replanned=decision.replanned,
@@ -139,7 +147,13 @@ class _Rebuild:
         first = len(self._points) - command.path_tail
         if first < 0:
             raise IndexError(f"{command.path_tail} points of a shorter plan")
-        return np.vstack([_rows(command.path_head), self._points[first:]])
+        if not command.path_head:
+            return self._points[first:]
+        path = np.vstack([_rows(command.path_head), self._points[first:]])
+        self._copied += len(path)
+        if len(path) > PATH_POINTS or self._copied > MAX_POINTS:
+            raise IndexError(f"a path of {len(path)} points")
+        return path
 
     def _outcome(self, time_ns: int, step: Any) -> StepOutcome:
         return StepOutcome(

@@ -163,6 +163,7 @@ def _repeat(log: Log, trace: Trace, again: Path, row: RowOf | None) -> Trace:
         protocol=trace.protocol,
         seed=int(seed),
         listeners=[_AdoptEnd(trace), recorder],
+        left=trace.left,
     )
 
 

@@ -57,7 +57,9 @@ class Paint:
 
     def _sensed_and_broken(self) -> Iterator[tuple[frozenset[str], frozenset[str]]]:
         """Yield what had been sensed and broken at the start and after each step."""
-        sensed, broken = set(self._trace.first_sensed), set[str]()
+        left = self._trace.left
+        sensed = set(self._trace.first_sensed)
+        broken = set[str]() if left is None else set(left.broken)
         yield frozenset(sensed), frozenset(broken)
         for step in self._trace.steps:
             sensed |= set(step.newly_sensed)

@@ -150,7 +150,7 @@ class _Page:
 
     def _show(self, step: int) -> None:
         """Move, recolour and redraw what one step changed; viser sends only that."""
-        self._data.qpos[:] = self._log.qpos[step]
+        self._data.qpos[:] = self._log.positions[step]
         mujoco.mj_kinematics(self._model, self._data)
         for body, handle in self._bodies.items():
             handle.position = self._data.xpos[body]

@@ -105,6 +105,7 @@ def _ways(trace: Trace) -> Iterator[str]:
 def _obstacles(log: Log, trace: Trace) -> Iterator[str]:
     """Yield every footprint as it was, if it moved, and as it is."""
     broken = {d.obstacle for s in trace.steps for d in s.outcome.damages}
+    broken |= {*trace.left.broken} if trace.left else set()
     moved = {d.obstacle for s in trace.steps for d in s.outcome.displacements}
     model = mujoco.MjModel.from_xml_string(scene_mjcf(log.scene))
     for obstacle in log.scene.obstacles:
@@ -138,7 +139,7 @@ def _outline(log: Log, model: mujoco.MjModel, obstacle: Obstacle, step: int) -> 
     if obstacle.fixed:
         return np.array(obstacle.footprint.polygon().exterior.coords)
     first = int(model.joint(obstacle.id).qposadr[0])
-    pose = log.qpos[step, first : first + 7]
+    pose = log.positions[step][first : first + 7]
     rotation = np.empty(9)
     mujoco.mju_quat2Mat(rotation, pose[3:])
     turned = shapes.tilted_footprint(obstacle.shape, rotation.reshape(3, 3))

@@ -48,7 +48,7 @@ class Playback:
 
     def picture(self, step: int) -> Image:
         """Return the state after `step`, decorated; 0 is the start."""
-        self._data.qpos[:] = self.log.qpos[step]
+        self._data.qpos[:] = self.log.positions[step]
         mujoco.mj_kinematics(self._model, self._data)
         mujoco.mj_camlight(self._model, self._data)
         return self._canvas.draw(

@@ -69,7 +69,7 @@ class _Show:
     def _draw(self, window: Any, step: int) -> None:
         """Show the state after `step`, decorated."""
         with window.lock():
-            self._data.qpos[:] = self._log.qpos[step]
+            self._data.qpos[:] = self._log.positions[step]
             self._data.time = step * self._log.scene.robot.control_period_s
             mujoco.mj_kinematics(self._model, self._data)
             mujoco.mj_camlight(self._model, self._data)

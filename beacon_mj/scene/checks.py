@@ -1,40 +1,112 @@
-"""What a schema cannot say about a scene: bounds, ids, overlap, classes."""
+"""Is it a valid scene? One answer, for scenes that are read and that Python made.
+
+A scene must be what its file says it is, bit for bit, and the file must keep the
+schema; then comes what a schema cannot say: bounds, ids, overlap, classes.
+"""
 
 import math
 from collections.abc import Mapping
+from typing import Literal
 
 import msgspec
 import numpy as np
 import shapely
 
-from beacon_mj.errors import SceneError
+from beacon_mj.errors import MalformedSceneError, SceneError
 from beacon_mj.scene import Obstacle, Scene, shapes
 
 #: Overlap that settling and rounding may cause without the scene being wrong [m].
 OVERLAP_TOLERANCE_M = 1e-4
+MAX_BYTES = 16_000_000  #: Of a scene's file; a log has room for as much.
+MAX_CORNERS = 50_000  #: Of all meshes of a scene together.
+_SOUND = "_sound"  #: Attribute of a scene that was checked; a scene cannot change.
 
 #: Names that the arena, the robot and the logs use: no obstacle may have one.
 RESERVED_IDS = frozenset(
-    ["robot", "wall", "floor", "sky", "sun", "overhead", "overview", "start", "goal"]
+    [
+        "world",
+        "robot",
+        "wall",
+        "floor",
+        "sky",
+        "sun",
+        "overhead",
+        "overview",
+        "start",
+        "goal",
+    ]
     + [f"wall_{side}" for side in ("west", "south", "east", "north")]
     + ["base", "base_x", "base_y", "bumper", "bumper_x", "bumper_y"]
     + ["drive", "drive_along", "drive_across"]
 )
 
 
+class Versioned(msgspec.Struct):
+    """What the file of any scene must say."""
+
+    schema_version: Literal[1]
+
+
 def check_scene(scene: Scene) -> None:
-    """Check what a schema cannot say: bounds, unique ids, no overlap, classes.
+    """Check a scene as a reader of its file would, and what no schema can say.
+
+    Whatever runs, draws, stores or logs a scene calls this first.
 
     Raises:
-        SceneError: Naming the obstacle or field, what was expected, and what it was.
+        SceneError: Naming the obstacle or field, what was expected, and what it was; a
+            `MalformedSceneError` where no file could hold the scene.
     """
+    if _SOUND in scene.__dict__:
+        return
+    _check_schema(scene)
+    _check_truth(scene)
+    scene.__dict__[_SOUND] = True
+
+
+def _check_schema(scene: Scene) -> None:
+    """Check that the scene's file keeps the schema and reads back as the same bytes."""
+    try:
+        _check_finite(msgspec.to_builtins(scene), "scene")
+        data = scene.to_json()
+        if len(data) > MAX_BYTES:
+            raise MalformedSceneError(
+                f"Expected a scene of at most {MAX_BYTES} bytes but it has {len(data)}."
+            )
+        again = msgspec.json.decode(data, type=Scene)
+    except (msgspec.MsgspecError, TypeError, ValueError, RecursionError) as error:
+        raise MalformedSceneError(f"Not a valid scene: {error}.") from error
+    if again.to_json() != data:
+        raise MalformedSceneError(
+            "Expected every number of a scene to be a float where its file has one, "
+            f"but {_difference(scene, again)}."
+        )
+
+
+def _difference(scene: object, again: object, path: str = "scene") -> str:
+    """Say where a scene and what its file gives first differ."""
+    if isinstance(scene, msgspec.Struct):
+        for name in scene.__struct_fields__:
+            before, after = getattr(scene, name), getattr(again, name)
+            if found := _difference(before, after, f"{path}.{name}"):
+                return found
+    elif isinstance(scene, list | tuple) and isinstance(again, list | tuple):
+        for k, (before, after) in enumerate(zip(scene, again, strict=True)):
+            if found := _difference(before, after, f"{path}[{k}]"):
+                return found
+    elif type(scene) is not type(again):
+        return f"{path} was {scene!r}"
+    return ""
+
+
+def _check_truth(scene: Scene) -> None:
+    """Check what a schema cannot say: bounds, unique ids, no overlap, classes."""
     west, south, east, north = scene.workspace_m
     if not (west < east and south < north):
         raise SceneError(
             "Expected workspace_m to be (west, south, east, north) with west < east "
             f"and south < north but it was {scene.workspace_m}."
         )
-    _check_finite(msgspec.to_builtins(scene), "scene")
+    _check_corners(scene)
     _check_obstacles(scene)
     _check_clear_of_robot(scene)
     _check_no_overlap(scene)
@@ -42,13 +114,27 @@ def check_scene(scene: Scene) -> None:
 
 def _check_finite(value: object, path: str) -> None:
     if isinstance(value, float) and not math.isfinite(value):
-        raise SceneError(f"Expected {path} to be finite but it was {value}.")
+        raise MalformedSceneError(f"Expected {path} to be finite but it was {value}.")
     if isinstance(value, Mapping):
         for key, item in value.items():
             _check_finite(item, f"{path}.{key}")
     elif isinstance(value, list | tuple):
         for i, item in enumerate(value):
             _check_finite(item, f"{path}[{i}]")
+
+
+def _check_corners(scene: Scene) -> None:
+    """Bound the corners of all meshes, before any hull is made of them."""
+    corners = 0
+    for o in scene.obstacles:
+        if isinstance(o.shape, shapes.Hulls):
+            for part in o.shape.parts_m:
+                corners += len(part)
+    if corners > MAX_CORNERS:
+        raise SceneError(
+            f"Expected at most {MAX_CORNERS} corners of meshes in a scene but it has "
+            f"{corners}."
+        )
 
 
 def _check_obstacles(scene: Scene) -> None:

@@ -6,8 +6,9 @@ from typing import Any
 import msgspec
 
 from beacon_mj.errors import SceneError
+from beacon_mj.regular_files import read_regular
 from beacon_mj.scene import Scene
-from beacon_mj.scene.checks import check_scene
+from beacon_mj.scene.checks import MAX_BYTES, Versioned, check_scene
 from beacon_mj.scene.recertify import recertified
 
 
@@ -28,10 +29,11 @@ def parse_scene(data: bytes, source: str = "scene") -> Scene:
             range, or the scene fails `check_scene`.
     """
     try:
+        msgspec.json.decode(data, type=Versioned)
         scene = msgspec.json.decode(data, type=Scene)
     except msgspec.ValidationError as error:
         raise SceneError(f"{source}: not a valid scene: {error}") from error
-    except (msgspec.DecodeError, UnicodeDecodeError) as error:
+    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
         raise SceneError(f"{source}: not valid JSON: {error}") from error
     try:
         check_scene(scene)
@@ -49,7 +51,7 @@ def load_scene(path: str | Path) -> Scene:
     """
     path = Path(path)
     try:
-        data = path.read_bytes()
+        data = read_regular(path, MAX_BYTES)
     except OSError as error:
         raise SceneError(
             f"{path}: cannot read the scene file: {error.strerror}"

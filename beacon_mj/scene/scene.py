@@ -34,8 +34,8 @@ class Robot(Record, frozen=True, kw_only=True):
     radius_m: Annotated[float, Meta(gt=0.02, le=1.0)] = 0.12
     height_m: Annotated[float, Meta(gt=0.02, le=1.0)] = 0.2
     mass_kg: Annotated[float, Meta(gt=1.0, le=1000.0)] = 10.0
-    speed_mps: Annotated[float, Meta(gt=0.0, le=5.0)] = 0.5
-    force_max_n: Annotated[float, Meta(gt=0.0, le=1e4)] = 60.0
+    speed_mps: Annotated[float, Meta(ge=0.01, le=5.0)] = 0.5
+    force_max_n: Annotated[float, Meta(ge=0.1, le=1e4)] = 60.0
     bumper_stiffness_npm: Annotated[float, Meta(ge=100.0, le=1e5)] = 5000.0
     control_period_s: Annotated[float, Meta(ge=0.01, le=1.0)] = 0.1
 

@@ -19,7 +19,7 @@ from beacon_mj.geometry import (
 )
 from beacon_mj.numerics import angles_of, rotated_3d, unit_vectors
 
-Length = Annotated[float, Meta(gt=0.0, le=10.0)]
+Length = Annotated[float, Meta(ge=0.001, le=10.0)]
 Coordinate = Annotated[float, Meta(ge=-100.0, le=100.0)]
 PrismKind = Literal["triangle", "trapezoid", "parallelogram", "pentagon", "hexagon"]
 

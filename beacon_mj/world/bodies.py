@@ -1,6 +1,7 @@
 """The obstacles of a world: where they are, what they cover, what moved or fell."""
 
 import math
+from collections.abc import Mapping, Sequence
 
 import mujoco
 import numpy as np
@@ -31,6 +32,7 @@ class Bodies:
     ) -> None:
         """Look at the obstacles of `scene`, compiled as `model`."""
         self._data = data
+        self._ids = [o.id for o in scene.obstacles]
         self._shapes = [o.shape for o in scene.obstacles]
         self._local = [shapes.footprint(s) for s in self._shapes]
         self._stands = np.array(
@@ -58,6 +60,12 @@ class Bodies:
             self._outline(i) for i in range(len(self.index))
         ]
         self.footprints = Footprints.stack(self.outlines)
+
+    def place(self, poses: Mapping[str, Sequence[float]]) -> None:
+        """Put obstacles at poses, shape (7,) each, by id."""
+        for name, address in zip(self._ids, self.qpos_address, strict=True):
+            if address >= 0 and name in poses:
+                self._data.qpos[address : address + 7] = poses[name]
 
     def refresh(self) -> Array:
         """Read all poses; return how far each obstacle travelled, shape (n,) [m]."""

@@ -16,6 +16,7 @@ from beacon_mj.errors import BeaconError, SceneError
 from beacon_mj.geometry import Array, Footprint, Footprints
 from beacon_mj.numerics import norm
 from beacon_mj.scene import Scene
+from beacon_mj.scene.checks import check_scene
 from beacon_mj.scene_gen.mjcf import TIMESTEP_S, scene_mjcf
 from beacon_mj.world import contacts as ct
 from beacon_mj.world.attribution import Attribution
@@ -29,6 +30,7 @@ from beacon_mj.world.outcome import (
     PairForce,
     StepOutcome,
 )
+from beacon_mj.world.overnight import Left
 from beacon_mj.world.pushes import PushMonitor, update_attempts
 
 #: Bumper forces beyond this multiple of what speed and drive can cause are no physics:
@@ -70,12 +72,14 @@ class World:
                 quiet shortcut is then never taken.
 
         Raises:
-            SceneError: If the control period is no multiple of the physics step.
+            SceneError: If the scene is not valid, MuJoCo cannot compile it, or the
+                control period is no multiple of the physics step.
         """
+        check_scene(scene)
         mujoco.set_mju_user_warning(_quiet)
         self.scene = scene
         self.mjcf = scene_mjcf(scene, timestep_s)
-        self.model = mujoco.MjModel.from_xml_string(self.mjcf)
+        self.model = _compiled(self.mjcf, scene.name)
         self.data = mujoco.MjData(self.model)
         self._timestep_s = timestep_s
         self._watch = watch
@@ -99,18 +103,27 @@ class World:
         self.broken = np.zeros(n, np.bool_)
         self.reset()
 
-    def reset(self) -> None:
-        """Return to the settled start of the episode, at time zero."""
+    def reset(self, left: Left | None = None) -> None:
+        """Return to the settled start of the episode, at time zero.
+
+        Args:
+            left: How the room was left the day before; None for the scene's own places.
+        """
         mujoco.mj_resetData(self.model, self.data)
         self._pairs.clear()
         self._pushes.reset()
         self._attribution = Attribution()
         self.broken[:] = False
         self._step = 0
+        if left is not None:
+            self._bodies.place(left.poses)
+            self.broken[:] = [name in left.broken for name in self._names[:-2]]
         self._drive.aim(np.array([1.0, 0.0]))
         self._settle()
         self.data.time = 0.0
         self._bodies.reset()
+        if left is not None:
+            self._bodies.newly_toppled()  # What lies there fell the day before.
 
     def step(self, velocity_mps: Array) -> StepOutcome:
         """Apply a velocity command for one control period.
@@ -330,6 +343,14 @@ class World:
         for wall in ("wall_west", "wall_south", "wall_east", "wall_north"):
             entity[model.geom(wall).id] = n + 1
         return np.asarray(entity, dtype=np.int64)
+
+
+def _compiled(mjcf: str, name: str) -> mujoco.MjModel:
+    try:
+        return mujoco.MjModel.from_xml_string(mjcf)
+    except ValueError as error:
+        reason = " ".join(str(error).split())
+        raise SceneError(f"{name}: MuJoCo cannot compile it: {reason}.") from error
 
 
 def _whole(period_s: float, timestep_s: float) -> int:

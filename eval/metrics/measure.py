@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+from msgspec import UNSET
 
 from beacon_mj.episode.trace import Trace
 from beacon_mj.errors import LogError
@@ -40,6 +41,8 @@ def measure(trace: Trace) -> Row:
         planner=trace.planner,
         family=scene.family,
         scene_index=scene.index,
+        mission=None if scene.mission is UNSET else scene.mission,
+        day=None if scene.day is UNSET else scene.day,
         scene_sha256=scene.sha256,
         perception=scene.perception,
         seed=scene.seed,

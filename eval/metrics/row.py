@@ -21,6 +21,8 @@ class Row(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True)
     planner: str
     family: str
     scene_index: int
+    mission: int | None = None
+    day: int | None = None
     scene_sha256: str
     perception: Profile
     seed: int
@@ -72,6 +74,13 @@ class Row(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True)
     def key(self) -> tuple[str, str, int]:
         """Planner, family and index: the canonical order of rows."""
         return self.planner, self.family, self.scene_index
+
+    @property
+    def unit(self) -> str:
+        """What is independent of other rows: the scene, or the mission of the day."""
+        if self.mission is None:
+            return self.scene_sha256
+        return f"{self.family} {self.seed} {self.perception} {self.mission}"
 
     @property
     def scene_name(self) -> str:

@@ -128,6 +128,35 @@ def peak_forces(rows: Sequence[Row]) -> str:
     return _svg(figure)
 
 
+def learning_curves(missions: dict[str, dict[str, Any]], family: str) -> str:
+    """Return the mean steps of each day of a family's missions, a curve a planner.
+
+    Args:
+        missions: Entry `missions` of a summary.
+        family: Which family.
+    """
+    figure, axes = _panel("day of the mission", "mean steps, 95 % interval")
+    names = [name for name, own in missions.items() if family in own]
+    for k, name in enumerate(names):
+        found = [day["mean"]["steps"] for day in missions[name][family]["by_day"]]
+        colour, marker = _style(name, names)
+        # A little apart, so that intervals do not hide each other.
+        x = [1 + n + 0.06 * (k - 0.5 * (len(names) - 1)) for n in range(len(found))]
+        y = [c["mean"] for c in found]
+        ends = [
+            [0.0 if c[end] is None else abs(c[end] - c["mean"]) for c in found]
+            for end in ("low", "high")
+        ]
+        axes.errorbar(
+            x, y, yerr=ends, color=colour, marker=marker, ms=5, lw=1.2,
+            ls=_DASHES[k % len(_DASHES)], label=name,
+        )  # fmt: skip
+    axes.set_xticks(range(1, 1 + max(missions[n][family]["days"] for n in names)))
+    axes.set_ylim(bottom=0.0)
+    _legend(figure, axes, columns=1 if max(map(len, names)) > 20 else 3)
+    return _svg(figure)
+
+
 def _beaten(point: tuple[float, float], others: Any) -> bool:
     """Whether another one costs no more, succeeds no less, and is not the same."""
     x, y = point

@@ -52,6 +52,14 @@ class Figure(NamedTuple):
     caption: str
 
 
+class Missions(NamedTuple):
+    """What the page shows of the missions of one family."""
+
+    results: tables.Table
+    differences: tables.Table
+    curves: Figure
+
+
 class Calibration(NamedTuple):
     """What is known about one planner's beliefs: a diagram, or why there is none."""
 
@@ -98,6 +106,7 @@ def render_report(
         outcomes=made.outcomes,
         reasons=reasons(rows),
         figures=_figures(summary, rows),
+        missions=made.missions,
         beliefs=made.beliefs,
         calibrations=[*_calibrations(run)],
         focus=focus,
@@ -114,7 +123,14 @@ def page_tables(run: Results, baseline: str | None = None) -> list[str]:
     macro = _template("table.html.j2").module.table
     return [
         str(macro(each))
-        for each in (*made.results, made.outcomes, *made.differences, made.beliefs)
+        for each in (
+            *made.results,
+            made.outcomes,
+            *made.differences,
+            made.beliefs,
+            *(m.results for m in made.missions),
+            *(m.differences for m in made.missions if m.differences.groups),
+        )
         if each is not None
     ]
 
@@ -126,6 +142,7 @@ class _Tables(NamedTuple):
     differences: list[tables.Table]
     outcomes: tables.Table
     beliefs: tables.Table | None
+    missions: list[Missions]
 
 
 def _tables(summary: dict[str, Any], found: Sequence[Comparison]) -> _Tables:
@@ -136,6 +153,7 @@ def _tables(summary: dict[str, Any], found: Sequence[Comparison]) -> _Tables:
         [tables.differences(found, family) for family in shown],
         tables.outcomes(summary),
         tables.beliefs(summary),
+        _missions(summary, found),
     )
 
 
@@ -144,6 +162,8 @@ def _summary(run: Results) -> dict[str, Any]:
     summary = summarize([row for own in run.planners.values() for row in own])
     tables_by = summary["tables"]
     summary["tables"] = {name: tables_by[name] for name in run.planners}
+    if missions := summary.get("missions"):
+        summary["missions"] = {n: missions[n] for n in run.planners if n in missions}
     return summary
 
 
@@ -199,6 +219,23 @@ def _figures(summary: dict[str, Any], rows: Sequence[Row]) -> dict[str, list[Fig
         ],
         "forces": [Figure(_data(figures.peak_forces(rows)), "Peak forces by planner")],
     }
+
+
+def _missions(summary: dict[str, Any], found: Sequence[Comparison]) -> list[Missions]:
+    """Return what there is to show of missions, family by family."""
+    missions = summary.get("missions", {})
+    families = dict.fromkeys(family for own in missions.values() for family in own)
+    return [
+        Missions(
+            tables.missions(summary, family),
+            tables.differences(found, family, whole_missions=True),
+            Figure(
+                _data(figures.learning_curves(missions, family)),
+                f"Learning curves: steps by day, {family}",
+            ),
+        )
+        for family in families
+    ]
 
 
 def _calibrations(run: Results) -> Iterable[Calibration]:

@@ -50,6 +50,15 @@ MEANS: tuple[tuple[str, str, str, int], ...] = (
     ("broken", "mean", "obstacles_broken", 2),
     ("peak force N", "mean", "filtered_peak_force_n", 1),
 )
+#: Columns of the tables of missions: heading, column, digits.
+SUMS = (
+    ("steps", "steps", 0),
+    ("path m", "path_length_m", 2),
+    ("energy J", "energy_j", 0),
+    ("pushes", "pushes", 1),
+    ("failed pushes", "failed_pushes", 1),
+    ("broken", "obstacles_broken", 2),
+)
 COSTS = (
     ("path m", "path_length_m", 2),
     ("steps", "steps", 1),
@@ -81,6 +90,28 @@ def results(summary: dict[str, Any], family: str) -> Table:
     return Table(f"{title(family)}, {_scenes(n)}", headings, grouped(lines))
 
 
+def missions(summary: dict[str, Any], family: str) -> Table:
+    """Return a table of whole missions: a line a planner."""
+    cells = {n: own[family] for n, own in summary["missions"].items() if family in own}
+    days = max(cell["days"] for cell in cells.values())
+    lines = [
+        (
+            name,
+            [
+                *_rates(cell),
+                *(mean(cell["mean"][column], digits) for _, column, digits in SUMS),
+                *(mean(day["mean"]["steps"], 0) for day in cell["by_day"]),
+            ],
+        )
+        for name, cell in cells.items()
+    ]
+    headings = ["all days solved", "success %", "clean %", *(h for h, _, _ in SUMS)]
+    headings += [f"steps, day {1 + k}" for k in range(days)]
+    n = max(cell["n"] for cell in cells.values())
+    title = f"{family}, {n} mission{'s' if n != 1 else ''} of {days} days"
+    return Table(title, headings, grouped(lines))
+
+
 def outcomes(summary: dict[str, Any]) -> Table:
     """Return how the episodes of each planner ended, in counts."""
     total = {n: cells[OVERALL]["outcomes"] for n, cells in summary["tables"].items()}
@@ -103,12 +134,22 @@ def beliefs(summary: dict[str, Any]) -> Table | None:
     return Table("Scores of beliefs", [h for h, _ in BELIEFS], grouped(lines))
 
 
-def differences(found: Sequence[Comparison], family: str) -> Table:
-    """Return paired differences from the baseline in one family: a line a planner."""
-    lines = []
+def differences(
+    found: Sequence[Comparison], family: str, *, whole_missions: bool = False
+) -> Table:
+    """Return paired differences from the baseline in one family: a line a planner.
+
+    Args:
+        found: The comparisons.
+        family: Which family, or all.
+        whole_missions: Whether missions are compared, in place of scenes.
+    """
+    lines, sizes = [], [0]
     for comparison in found:
-        if (cell := comparison.cells.get(family)) is None:
+        cells_by = comparison.missions if whole_missions else comparison.cells
+        if (cell := cells_by.get(family)) is None:
             continue
+        sizes.append(cell.scenes)
         success = cell.rates["success"]
         cells = [
             difference(success.difference, 1, 100.0),
@@ -117,15 +158,15 @@ def differences(found: Sequence[Comparison], family: str) -> Table:
             *(difference(cell.costs[c].solved, digits) for _, c, digits in COSTS),
             _improvement(cell.costs["path_length_m"]),
         ]
-        if family == OVERALL:
+        if family == OVERALL and not whole_missions:
             cells.insert(2, Number(p_value(comparison.p_holm)))
         lines.append((comparison.first, cells))
     headings = ["success, points", "p", "both solved"]
-    if family == OVERALL:
+    if family == OVERALL and not whole_missions:
         headings.insert(2, "p, Holm")
     headings += [*(h for h, _, _ in COSTS), "P(shorter path) %"]
-    n = max((c.cells[family].scenes for c in found if family in c.cells), default=0)
-    return Table(f"{title(family)}, {_scenes(n)}", headings, grouped(lines))
+    size = f"{max(sizes)} missions" if whole_missions else _scenes(max(sizes))
+    return Table(f"{title(family)}, {size}", headings, grouped(lines))
 
 
 def grouped(lines: Iterable[tuple[str, list[Number]]]) -> list[Group]:

@@ -21,16 +21,15 @@ import msgspec
 
 from beacon_mj.errors import RunError
 from beacon_mj.eval.metrics.row import Row
-from beacon_mj.eval.runs.config import PlannerEntry, RunConfig, load_ref
+from beacon_mj.eval.runs.config import PlannerEntry, RunConfig
 from beacon_mj.eval.runs.jobs import (
     Attempt,
     Fault,
     Handovers,
     Job,
-    lost_row,
     run_job,
 )
-from beacon_mj.eval.runs.runner import AHEAD, NOBODY, told
+from beacon_mj.eval.runs.runner import AHEAD, NOBODY, rescued, told
 from beacon_mj.eval.runs.versions import versions
 from beacon_mj.planners.registry import whole_spec
 
@@ -71,8 +70,8 @@ def run_on_cluster(
             else:
                 yield told(attempt, on_fault)
         for job in (single for suspect in suspects for single in suspect.split()):
-            for attempt in _alone(config, work, job, client):
-                yield told(attempt, on_fault)
+            attempt = rescued(config, job, lambda j: _alone(work, j, client), DIED)
+            yield told(attempt, on_fault)
 
 
 def checked_job(
@@ -173,13 +172,7 @@ def _stream(
             ) from error
 
 
-def _alone(
-    config: RunConfig, work: Callable[[Job], Attempt], job: Job, client: Any
-) -> Iterator[Attempt]:
-    """Run one episode; if its workers die again, it was the planner's doing."""
-    for _, attempt in _stream(work, [job], client):
-        if attempt is None:
-            scene = load_ref(config, job.ref)
-            lost = lost_row(config, scene, job.planners[0], "planner_error", DIED)
-            attempt = Attempt([lost], [Fault(lost.key, DIED, "")])
-        yield attempt
+def _alone(work: Callable[[Job], Attempt], job: Job, client: Any) -> Attempt | None:
+    """Run one episode or mission; None if its workers die again."""
+    [(_, attempt)] = _stream(work, [job], client)
+    return attempt

@@ -2,15 +2,22 @@
 
 import hashlib
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
 import msgspec
+from msgspec import UNSET
 
 from beacon_mj.constants import SCHEMA
 from beacon_mj.episode.protocol import Protocol
 from beacon_mj.errors import RunError, unknown
+from beacon_mj.eval.runs.missions import (
+    check_stored_days,
+    check_whole,
+    days_of,
+    share_missions,
+)
 from beacon_mj.eval.runs.scene_cache import cached_scene
 from beacon_mj.eval.runs.shards import Shard, share
 from beacon_mj.scene import Profile, Scene
@@ -108,11 +115,19 @@ class RunConfig(msgspec.Struct, frozen=True, kw_only=True):
 
 @dataclass(frozen=True, slots=True)
 class SceneRef:
-    """Where a scene comes from: generated, or read from `path`."""
+    """Where a scene comes from: generated, or read from `path`.
+
+    Attributes:
+        family: Its family.
+        index: Its number in the family.
+        path: Its file; None if it is generated.
+        mission: The mission that it is a day of; None for a scene of its own.
+    """
 
     family: str
     index: int
     path: str | None = None
+    mission: int | None = None
 
 
 def generated_scenes(
@@ -122,10 +137,13 @@ def generated_scenes(
 
     Raises:
         TemplateError: If a family does not exist or its template is no good.
+        RunError: If the scenes are no whole missions.
     """
     names = dict.fromkeys(families or default_families(templates))
     for name in names:
-        check_layout(load_family(name, templates))
+        family = load_family(name, templates)
+        check_layout(family)
+        check_whole(name, scenes_per_family, days_of(family) or 1)
     return _hashed_scenes([*names], scenes_per_family, templates)
 
 
@@ -134,7 +152,14 @@ def _hashed_scenes(
 ) -> tuple[dict[str, str], list[SceneRef]]:
     """Return the same of families that are there, without running any layout's code."""
     hashes = {name: family_sha256(name, templates) for name in names}
-    return hashes, [SceneRef(n, i) for n in names for i in range(scenes_per_family)]
+    refs = list[SceneRef]()
+    for name in names:
+        days = days_of(load_family(name, templates))
+        refs += [
+            SceneRef(name, i, mission=None if days is None else i // days)
+            for i in range(scenes_per_family)
+        ]
+    return hashes, refs
 
 
 def stored_scenes(
@@ -143,11 +168,12 @@ def stored_scenes(
     """Return the families, and the scenes, that are stored below `folder`.
 
     Raises:
-        RunError: If there is none, or two are the same episode.
+        RunError: If there is none, two are the same episode, or days of a mission are
+            missing.
         SceneError: If a file is no valid scene.
     """
     found: dict[tuple[str, int], SceneRef] = {}
-    hashes: dict[SceneRef, str] = {}
+    scene_of: dict[SceneRef, Scene] = {}
     for path in sorted(folder.rglob("*.json")):
         scene = load_scene(path)
         key = scene.family, scene.index
@@ -157,7 +183,7 @@ def stored_scenes(
                 f"but both are {scene.name}."
             )
         found[key] = SceneRef(*key, str(path.resolve()))
-        hashes[found[key]] = scene.sha256
+        scene_of[found[key]] = scene
     if not found:
         raise RunError(f"{folder}: expected a folder of scenes (*.json).")
     known = dict.fromkeys(family for family, _ in sorted(found))
@@ -166,12 +192,16 @@ def stored_scenes(
             raise RunError(f"{folder}: {unknown('family', name, known)}")
     refs, digests = [], {}
     for name in dict.fromkeys(families or known):
-        own = [found[key] for key in sorted(found) if key[0] == name][
-            :scenes_per_family
-        ]
-        all_hashes = "".join(hashes[ref] for ref in own)
+        own = [found[key] for key in sorted(found) if key[0] == name]
+        own = own[:scenes_per_family]
+        scenes = [scene_of[ref] for ref in own]
+        check_stored_days(folder, scenes)
+        all_hashes = "".join(scene.sha256 for scene in scenes)
         digests[name] = hashlib.sha256(all_hashes.encode()).hexdigest()
-        refs += own
+        refs += [
+            replace(ref, mission=None if scene.mission is UNSET else scene.mission)
+            for ref, scene in zip(own, scenes, strict=True)
+        ]
     return digests, refs
 
 
@@ -197,7 +227,7 @@ def scene_refs(config: RunConfig) -> tuple[dict[str, str], list[SceneRef]]:
     else:
         templates = None if config.templates is None else Path(config.templates)
         hashes, refs = _hashed_scenes(names, count or 0, templates)
-    return hashes, share(refs, config.shard)
+    return hashes, share_missions(refs, config.shard)
 
 
 def load_ref(config: RunConfig, ref: SceneRef) -> Scene:

@@ -21,15 +21,17 @@ from beacon_mj.eval.runs.config import (
 )
 from beacon_mj.eval.runs.jobs import Fault, Handovers, Job
 from beacon_mj.eval.runs.lineup import PYTHON, PlannerChoice, line_up
+from beacon_mj.eval.runs.missions import share_missions, whole_count
 from beacon_mj.eval.runs.progress import Progress
 from beacon_mj.eval.runs.run_folder import RunFolder, free_name, load_config
-from beacon_mj.eval.runs.runner import plan, run_jobs
-from beacon_mj.eval.runs.shards import parse_shard, share
+from beacon_mj.eval.runs.runner import plan, resumable, run_jobs
+from beacon_mj.eval.runs.shards import parse_shard
 from beacon_mj.eval.runs.variants import Values, VaryValues
 from beacon_mj.eval.runs.versions import versions
 from beacon_mj.scene import Profile
+from beacon_mj.scene_gen.family import default_families
 
-SCENES_PER_FAMILY = 100  #: Unless the user says otherwise.
+SCENES_PER_FAMILY = 100  #: At most, unless the user says otherwise.
 #: Options whose names on the command line are others.
 _FLAGS = {"planners": "planner", "families": "family", "settings": "set"}
 
@@ -90,11 +92,11 @@ class Evaluation:
             KeyboardInterrupt: With a note that says how to go on.
         """
         try:
+            jobs = plan(self.config, self.refs, self.rows)
+            self.rows = self.folder.keep(resumable(jobs, self.rows), self.rows)
             with progress("", self.total) as update:
                 update(self.rows)
-                for new in self._stream(
-                    plan(self.config, self.refs, self.rows), workers
-                ):
+                for new in self._stream(jobs, workers):
                     self.folder.append(new)
                     self.rows += new
                     update(new)
@@ -217,7 +219,9 @@ def _configured(options: EvaluationOptions, out: Path | None) -> Evaluation:
     )
     count = options.scenes_per_family
     if stored is None:
-        count = SCENES_PER_FAMILY if count is None else count
+        if count is None:
+            names = options.families or default_families(templates)
+            count = whole_count(SCENES_PER_FAMILY, names, templates)
         hashes, refs = generated_scenes(options.families, count, templates)
     else:
         hashes, refs = stored_scenes(stored, options.families, count)
@@ -236,7 +240,7 @@ def _configured(options: EvaluationOptions, out: Path | None) -> Evaluation:
     )
     folder = RunFolder(out or free_name(_stem(config)))
     return Evaluation(
-        config=config, refs=share(refs, shard), folder=folder, handed=handed
+        config=config, refs=share_missions(refs, shard), folder=folder, handed=handed
     )
 
 

@@ -17,7 +17,7 @@ from beacon_mj.eval.runs.jobs import Handovers, Job
 from beacon_mj.eval.runs.lineup import Handed, PlannerChoice, line_up
 from beacon_mj.eval.runs.progress import Update
 from beacon_mj.eval.runs.run_folder import RunFolder
-from beacon_mj.eval.runs.runner import NOBODY, plan, run_jobs
+from beacon_mj.eval.runs.runner import NOBODY, plan, resumable, run_jobs
 from beacon_mj.eval.runs.variants import Values
 from beacon_mj.eval.runs.versions import versions
 from beacon_mj.scene import Profile
@@ -102,8 +102,9 @@ def run_stage(
     else:
         rows = folder.resume(config)
     try:
-        update(rows)
         jobs = [*_chunks(plan(config, refs, rows))]
+        rows = folder.keep(resumable(jobs, rows), rows)
+        update(rows)
         count = min(workers, len(jobs) or 1)
         for new in run_jobs(config, jobs, None, count, handed):
             folder.append(new)
@@ -117,6 +118,6 @@ def run_stage(
 
 def _chunks(jobs: Sequence[Job]) -> Iterator[Job]:
     """Cut jobs of many planners, so that a kill loses little and none waits long."""
-    for ref, names in jobs:
+    for refs, names in jobs:
         for i in range(0, len(names), CHUNK):
-            yield Job(ref, names[i : i + CHUNK])
+            yield Job(refs, names[i : i + CHUNK])

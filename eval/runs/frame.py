@@ -36,20 +36,27 @@ def frame(rows: Sequence[Row], config: RunConfig | None = None) -> "pl.DataFrame
         rows: Rows in any order.
         config: Their run, for the columns of what it varies; None for none of them.
     """
-    import polars as pl
-
-    names = {int: pl.Int64, float: pl.Float64, bool: pl.Boolean, str: pl.String}
-    schema = {
-        field.name: names.get(_plain(field.type), pl.String)
-        for field in msgspec.structs.fields(Row)
-    }
     ordered = sorted(rows, key=lambda row: row.key)
-    found = pl.DataFrame([row.as_dict() for row in ordered], schema=schema)
+    found = typed_frame(ordered, Row)
     columns = {} if config is None else varied_settings(config)
     return found.with_columns(
         _column(name, [values.get(row.planner) for row in ordered])
         for name, values in columns.items()
     )
+
+
+def typed_frame(
+    rows: Sequence[msgspec.Struct], kind: type[msgspec.Struct]
+) -> "pl.DataFrame":
+    """Return structs of one kind as a polars frame, a column a field."""
+    import polars as pl
+
+    names = {int: pl.Int64, float: pl.Float64, bool: pl.Boolean, str: pl.String}
+    schema = {
+        field.name: names.get(_plain(field.type), pl.String)
+        for field in msgspec.structs.fields(kind)
+    }
+    return pl.DataFrame([msgspec.structs.asdict(row) for row in rows], schema=schema)
 
 
 def _column(name: str, values: Sequence[Any]) -> "pl.Series":
@@ -71,5 +78,6 @@ def _column(name: str, values: Sequence[Any]) -> "pl.Series":
 def _plain(annotation: Any) -> Any:
     """Return the type of a column without its `| None`."""
     return next(
-        (a for a in getattr(annotation, "__args__", ()) if a is float), annotation
+        (a for a in getattr(annotation, "__args__", ()) if a in (float, int)),
+        annotation,
     )

@@ -1,14 +1,18 @@
-"""One job of an evaluation: one scene, every planner. Runs in a worker process."""
+"""One job of an evaluation: one scene or mission, every planner.
 
-from collections.abc import Mapping
+Runs in a worker process.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from beacon_mj.episode.mission import Mission
 from beacon_mj.episode.protocol import Protocol
-from beacon_mj.episode.run import Listener, run_episode
+from beacon_mj.episode.run import Listener
 from beacon_mj.episode.trace import Outcome, Trace
 from beacon_mj.errors import RunError
 from beacon_mj.eval.metrics.measure import measure
@@ -25,16 +29,28 @@ from beacon_mj.scene import Scene
 from beacon_mj.streams import stream
 from beacon_mj.world import SimulationError, World
 
+Key = tuple[str, str, int]  #: Planner, family and scene index.
+
 
 class Job(NamedTuple):
-    """A scene, and the names of the planners that still have to cross it."""
+    """A scene, or the days of a mission, and who still has to cross it.
 
-    ref: SceneRef
+    Attributes:
+        refs: The scene; of a mission, its days in order.
+        planners: Names of the planners.
+    """
+
+    refs: tuple[SceneRef, ...]
     planners: tuple[str, ...]
 
+    @property
+    def keys(self) -> list[Key]:
+        """Planner, family and scene index of its episodes."""
+        return [(n, r.family, r.index) for n in self.planners for r in self.refs]
+
     def split(self) -> list["Job"]:
-        """Return one job an episode."""
-        return [Job(self.ref, (name,)) for name in self.planners]
+        """Return one job an episode or mission."""
+        return [Job(self.refs, (name,)) for name in self.planners]
 
 
 class Fault(NamedTuple):
@@ -46,7 +62,7 @@ class Fault(NamedTuple):
         where: `file:line` of the planner's code; empty if it is not known.
     """
 
-    key: tuple[str, str, int]
+    key: Key
     detail: str
     where: str
 
@@ -73,31 +89,39 @@ def run_job(
         job: What to run.
 
     Returns:
-        One row a planner. The scene and its worlds are built once.
+        One row an episode. Scenes and their worlds are built once.
 
     Raises:
         RunError: If a planner's file was edited since the run began.
     """
     entries = [e for e in config.planners if e.name in job.planners]
     check_code(entries)
-    scene = load_ref(config, job.ref)
+    scenes = [load_ref(config, ref) for ref in job.refs]
     out = Attempt([], [])
-    worlds: dict[float, World] = {}
+    worlds: dict[float, list[World]] = {}
     for entry in entries:
         step = config.protocol_of(entry.name).timestep_s
         try:
             if step not in worlds:
-                worlds[step] = World(scene, step)
+                worlds[step] = [World(scene, step) for scene in scenes]
         except SimulationError as error:
-            out.rows.append(
+            out.rows.extend(
                 lost_row(config, scene, entry.name, "simulation_error", str(error))
+                for scene in scenes
             )
             continue
-        row, where = _episode(config, folder, scene, worlds[step], entry, handed)
-        out.rows.append(row)
-        if row.outcome == "planner_error":
-            out.faults.append(Fault(row.key, row.detail, where))
+        for row, where in _days(config, folder, worlds[step], entry, handed):
+            out.rows.append(row)
+            if row.outcome == "planner_error":
+                out.faults.append(Fault(row.key, row.detail, where))
     return out
+
+
+def lost_attempt(config: RunConfig, job: Job, detail: str) -> Attempt:
+    """Return what comes of a job of one episode whose process died."""
+    [ref], [name] = job.refs, job.planners
+    row = lost_row(config, load_ref(config, ref), name, "planner_error", detail)
+    return Attempt([row], [Fault(row.key, detail, "")])
 
 
 def lost_row(
@@ -121,38 +145,32 @@ def planner_seed(seed: int, family: str, index: int) -> int:
     return int(stream("planner", seed, family, index).integers(2**53))
 
 
-def _episode(
+def _days(
     config: RunConfig,
     folder: Path | None,
-    scene: Scene,
-    world: World,
+    worlds: Sequence[World],
     e: PlannerEntry,
     handed: Handovers,
-) -> tuple[Row, str]:
-    """Return the row of an episode, and where its planner failed if it did."""
-    path = _log_path(config, folder, scene, e)
-    seed = planner_seed(config.seed, scene.family, scene.index)
+) -> Iterator[tuple[Row, str]]:
+    """Yield a row a day, and where the planner failed if it did."""
     protocol = config.protocol_of(e.name)
     planner = _planner(e, protocol, handed)
-    trace = run_episode(
-        scene,
-        planner,
-        name=e.name,
-        protocol=protocol,
-        seed=seed,
-        listeners=[] if path is None else [_recorder(path, e, seed)],
-        world=world,
-    )
-    row = measure(trace)
-    if path is not None and config.log == "failures" and row.clean_success:
-        path.unlink()
-    return row, planner.where if row.outcome == "planner_error" else ""
+    mission = Mission(planner, e.name, protocol)
+    for world in worlds:
+        scene = world.scene
+        path = _log_path(config, folder, scene, e)
+        seed = planner_seed(config.seed, scene.family, scene.index)
+        listeners = [] if path is None else [_recorder(path, e, seed)]
+        row = measure(mission.day(scene, seed, listeners, world))
+        if path is not None and config.log == "failures" and row.clean_success:
+            path.unlink()
+        yield row, planner.where if row.outcome == "planner_error" else ""
 
 
 def _planner(
     entry: PlannerEntry, protocol: Protocol, handed: Handovers
 ) -> Guarded | Isolated:
-    """Return what stands for a planner in one episode, here or in its own process."""
+    """Return what stands for a planner in one mission, here or in its own process."""
     if not entry.isolated:
         return Guarded(partial(_build, entry, handed))
     who = Who(

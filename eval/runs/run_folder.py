@@ -96,6 +96,18 @@ class RunFolder:
             raise RunError(f"{self.path}: cannot be written: {_why(error)}.") from error
         return rows
 
+    def keep(self, kept: list[Row], rows: Sequence[Row]) -> list[Row]:
+        """Drop rows of the run so far that will come again; return the others."""
+        if len(kept) < len(rows):
+            part = self.path / f"{LINES}.part"
+            part.unlink(missing_ok=True)
+            fresh = LockedFile(part)
+            fresh.append(_lines(kept))
+            fresh.replace(self.path / LINES)
+            self.close()
+            self._lines = fresh
+        return kept
+
     def append(self, rows: Iterable[Row]) -> None:
         """Add finished episodes; they are on disk when this returns.
 
@@ -103,8 +115,7 @@ class RunFolder:
             RunError: If the folder was moved or deleted since it was opened; the
                 episodes are then in the folder that was moved.
         """
-        text = b"".join(msgspec.json.encode(row) + b"\n" for row in rows)
-        self._opened().append(text)
+        self._opened().append(_lines(rows))
 
     def check_in_place(self) -> None:
         """Raise RunError if the folder was moved or deleted since it was opened."""
@@ -313,6 +324,10 @@ def _detail(before: Any, now: Any) -> str:
                 change = first_change(ours.code, theirs.code)
                 return f": {ours.name}" + (f", where {change}" if change else "")
     return ""
+
+
+def _lines(rows: Iterable[Row]) -> bytes:
+    return b"".join(msgspec.json.encode(row) + b"\n" for row in rows)
 
 
 def _pretty(value: Any) -> bytes:

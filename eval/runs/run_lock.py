@@ -52,6 +52,11 @@ class LockedFile:
         os.fsync(self._number)
         self.check_in_place()
 
+    def replace(self, path: Path) -> None:
+        """Move the file to the place of another one of the same folder."""
+        self.path.replace(path)
+        self.path = path
+
     def check_in_place(self) -> None:
         """Raise RunError if the file is no longer where it was."""
         if not self.in_place():

@@ -1,9 +1,10 @@
 """Running an evaluation on several processes.
 
-Jobs are independent and seeded by what they are, not by when or where they run, so
-results do not depend on the number of workers or the order. A process that dies takes
-its pool with it: the jobs that were under way are then run again, one episode at a time
-in one process, and only an episode that kills its process twice is lost.
+A job is a scene, or all days of a mission in order. Jobs are independent and seeded by
+what they are, not by when or where they run, so results do not depend on the number of
+workers or the order. A process that dies takes its pool with it: the jobs that were
+under way are then run again, one episode or mission at a time in one process, and only
+an episode that kills its process again is lost.
 """
 
 import os
@@ -14,19 +15,21 @@ from pathlib import Path
 from types import MappingProxyType
 
 from beacon_mj.eval.metrics.row import Row
-from beacon_mj.eval.runs.config import RunConfig, SceneRef, load_ref
+from beacon_mj.eval.runs.config import RunConfig, SceneRef
 from beacon_mj.eval.runs.jobs import (
     Attempt,
     Fault,
     Handovers,
     Job,
-    lost_row,
+    lost_attempt,
     run_job,
 )
+from beacon_mj.eval.runs.missions import by_mission
 from beacon_mj.eval.runs.warm_up import compile_kernels
 from beacon_mj.eval.runs.worker_process import in_folder, prepare_worker
 
 NOBODY: Handovers = MappingProxyType({})
+DIED = "the process died while the planner ran"
 AHEAD = 2  #: Jobs handed to each worker in advance, so that none waits.
 
 
@@ -42,15 +45,24 @@ def plan(
     """
     finished = {row.key for row in done}
     jobs = []
-    for ref in refs:
+    for own in by_mission(refs):
         names = tuple(
             e.name
             for e in config.planners
-            if (e.name, ref.family, ref.index) not in finished
+            if any((e.name, ref.family, ref.index) not in finished for ref in own)
         )
         if names:
-            jobs.append(Job(ref, names))
+            jobs.append(Job(own, names))
     return jobs
+
+
+def resumable(jobs: Iterable[Job], done: Sequence[Row]) -> list[Row]:
+    """Return the rows that are none of a job's that is left to do.
+
+    What a half-finished mission has is run again with the rest: its memory is lost.
+    """
+    again = {key for job in jobs for key in job.keys}
+    return [row for row in done if row.key not in again]
 
 
 def run_jobs(
@@ -139,15 +151,53 @@ def _alone(
     from joblib.externals.loky import ProcessPoolExecutor
 
     pool = None
-    for job in (single for each in jobs for single in each.split()):
+
+    def attempt(job: Job) -> Attempt | None:
+        nonlocal pool
         pool = pool or ProcessPoolExecutor(1, initializer=prepare_worker)
         try:
-            yield pool.submit(in_folder, os.getcwd(), work, job).result()
+            found: Attempt = pool.submit(in_folder, os.getcwd(), work, job).result()
         except BrokenProcessPool:
             pool = None
-            detail = "the process died while the planner ran"
-            scene = load_ref(config, job.ref)
-            row = lost_row(config, scene, job.planners[0], "planner_error", detail)
-            yield Attempt([row], [Fault(row.key, detail, "")])
+            return None
+        return found
+
+    for job in (single for each in jobs for single in each.split()):
+        yield rescued(config, job, attempt, DIED)
     if pool is not None:
         pool.shutdown(kill_workers=True)
+
+
+def rescued(
+    config: RunConfig, job: Job, attempt: Callable[[Job], Attempt | None], died: str
+) -> Attempt:
+    """Return what comes of a job of one planner that kills its process.
+
+    Of a mission, the days before the deadly one are kept, and those after it begin
+    without memory, as after any other failure.
+
+    Args:
+        config: The evaluation.
+        job: The job.
+        attempt: Runs a job; None if its process died.
+        died: What the row of a lost episode says.
+    """
+    refs, out = job.refs, Attempt([], [])
+    while refs:
+        whole = attempt(job._replace(refs=refs))
+        if whole is not None:
+            return _joined(out, whole)
+        alive = 0
+        for days in range(1, len(refs)):
+            before = attempt(job._replace(refs=refs[:days]))
+            if before is None:
+                break
+            alive, whole = days, before
+        lost = lost_attempt(config, job._replace(refs=(refs[alive],)), died)
+        out = _joined(_joined(out, whole or Attempt([], [])), lost)
+        refs = refs[alive + 1 :]
+    return out
+
+
+def _joined(first: Attempt, then: Attempt) -> Attempt:
+    return Attempt([*first.rows, *then.rows], [*first.faults, *then.faults])

@@ -1,4 +1,4 @@
-"""A planner that is built anew for each episode, behind the episode's door."""
+"""A planner that is built anew for each episode or mission, behind the door."""
 
 from collections.abc import Callable
 from functools import lru_cache
@@ -39,6 +39,18 @@ class Guarded(Oracle):
             if isinstance(planner, Oracle):
                 planner.set_truth(self._truth)
             planner.reset(task)
+        except BaseException as error:
+            self._raised = location(error)
+            raise
+
+    def next_day(self, task: Task) -> None:
+        """Start the planner that was built on the next day of its mission."""
+        planner = self._planner
+        assert planner is not None, "next_day() before reset()"
+        try:
+            if isinstance(planner, Oracle):
+                planner.set_truth(self._truth)
+            planner.next_day(task)
         except BaseException as error:
             self._raised = location(error)
             raise

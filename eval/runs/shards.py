@@ -1,4 +1,4 @@
-"""Parts of a run: every n-th scene, so that each family falls into all of them."""
+"""Parts of a run: every n-th scene or mission, so that each family is in all."""
 
 import re
 from collections.abc import Sequence
@@ -48,7 +48,7 @@ def share(items: Sequence[T], shard: Shard | None) -> list[T]:
         return list(items)
     if len(items) < shard.of:
         raise RunError(
-            f"--shard {shard}: expected at most as many shards as scenes but there "
-            f"are {len(items)} scenes."
+            f"--shard {shard}: expected at most as many shards as scenes (or "
+            f"missions) but there are {len(items)}."
         )
     return list(items[shard.number - 1 :: shard.of])

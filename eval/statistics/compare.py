@@ -14,7 +14,13 @@ from numpy.typing import NDArray
 
 from beacon_mj.eval.metrics.row import Row
 from beacon_mj.eval.statistics.bootstrap import bca_intervals
+from beacon_mj.eval.statistics.clusters import clusters_of
 from beacon_mj.eval.statistics.intervals import holm, mcnemar, paired_rate_interval
+from beacon_mj.eval.statistics.missions import (
+    MissionRow,
+    mission_row,
+    whole_missions,
+)
 from beacon_mj.eval.statistics.pairing import Matched
 from beacon_mj.eval.statistics.summary import OVERALL, RATES
 from beacon_mj.geometry import Array
@@ -29,6 +35,9 @@ COSTS = (
     "obstacles_broken",
     "filtered_peak_force_n",
 )
+
+
+Pair = tuple[Row, Row] | tuple[MissionRow, MissionRow]  #: (first, baseline).
 
 
 class Difference(msgspec.Struct, frozen=True, kw_only=True):
@@ -86,7 +95,7 @@ class Improvement(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Cost(msgspec.Struct, frozen=True, kw_only=True):
-    """Paired differences of one column, with scene-clustered BCa intervals.
+    """Paired differences of one column, with BCa intervals by scene or mission.
 
     Attributes:
         solved: On scenes that both solved.
@@ -118,6 +127,8 @@ class Comparison(msgspec.Struct, frozen=True, kw_only=True):
         p_holm: McNemar's p-value of overall success, adjusted by Holm's procedure
             for the number of comparisons made together.
         cells: Overall, then per family.
+        missions: The same of whole missions: sums over their days, on the missions that
+            both have all days of; empty for runs without missions.
     """
 
     first: str
@@ -125,6 +136,7 @@ class Comparison(msgspec.Struct, frozen=True, kw_only=True):
     left_out: int
     p_holm: float
     cells: dict[str, FamilyComparison]
+    missions: dict[str, FamilyComparison] = {}
 
 
 def compare_pairs(matched: Sequence[Matched]) -> list[Comparison]:
@@ -138,21 +150,35 @@ def compare_pairs(matched: Sequence[Matched]) -> list[Comparison]:
 
 
 def _comparison(matched: Matched) -> Comparison:
-    families = dict.fromkeys(base.family for _, base in matched.pairs)
-    cells = {OVERALL: _cell(OVERALL, matched.pairs)} | {
-        name: _cell(name, [p for p in matched.pairs if p[1].family == name])
-        for name in families
-    }
+    missions = _missions(matched.pairs)
     return Comparison(
         first=matched.first,
         baseline=matched.baseline,
         left_out=matched.left_out,
         p_holm=1.0,
-        cells=cells,
+        cells=_cells(matched.pairs),
+        missions=_cells(missions) if missions else {},
     )
 
 
-def _cell(family: str, pairs: Sequence[tuple[Row, Row]]) -> FamilyComparison:
+def _missions(pairs: Sequence[tuple[Row, Row]]) -> list[tuple[MissionRow, MissionRow]]:
+    """Return pairs of whole missions."""
+    arms = ([pair[k] for pair in pairs] for k in (0, 1))
+    first, base = (
+        {m.unit: m for m in map(mission_row, whole_missions(rows))} for rows in arms
+    )
+    return [(first[unit], base[unit]) for unit in base if unit in first]
+
+
+def _cells(pairs: Sequence[Pair]) -> dict[str, FamilyComparison]:
+    families = dict.fromkeys(base.family for _, base in pairs)
+    return {OVERALL: _cell(OVERALL, pairs)} | {
+        name: _cell(name, [p for p in pairs if p[1].family == name])
+        for name in families
+    }
+
+
+def _cell(family: str, pairs: Sequence[Pair]) -> FamilyComparison:
     return FamilyComparison(
         family=family,
         scenes=len(pairs),
@@ -161,9 +187,10 @@ def _cell(family: str, pairs: Sequence[tuple[Row, Row]]) -> FamilyComparison:
     )
 
 
-def _rate(pairs: Sequence[tuple[Row, Row]], name: str) -> Rate:
+def _rate(pairs: Sequence[Pair], name: str) -> Rate:
     first, base = ([bool(getattr(p[k], name)) for p in pairs] for k in (0, 1))
-    estimate, low, high = paired_rate_interval(first, base)
+    clusters = clusters_of(row for _, row in pairs)
+    estimate, low, high = paired_rate_interval(first, base, clusters=clusters)
     n = len(pairs)
     return Rate(
         difference=Difference(
@@ -176,19 +203,20 @@ def _rate(pairs: Sequence[tuple[Row, Row]], name: str) -> Rate:
         ),
         only_first=sum(x and not y for x, y in zip(first, base, strict=True)),
         only_baseline=sum(y and not x for x, y in zip(first, base, strict=True)),
-        p_value=mcnemar(first, base),
+        p_value=mcnemar(first, base, clusters),
     )
 
 
-def _costs(pairs: Sequence[tuple[Row, Row]]) -> dict[str, Cost]:
+def _costs(pairs: Sequence[Pair]) -> dict[str, Cost]:
     values = np.array(
         [[[float(getattr(row, c)) for c in COSTS] for row in p] for p in pairs]
     )
     first, base = values[:, 0], values[:, 1]
     won = np.array([[row.success for row in p] for p in pairs])
-    solved = _differences(first, base, np.all(won, axis=1))
-    everywhere = _differences(first, base, np.ones(len(pairs), bool))
-    improvement = _improvements(first, base, won)
+    units = [row.unit for _, row in pairs]
+    solved = _differences(first, base, np.all(won, axis=1), units)
+    everywhere = _differences(first, base, np.ones(len(pairs), bool), units)
+    improvement = _improvements(first, base, won, units)
     return {
         name: Cost(solved=solved[j], all=everywhere[j], improvement=improvement[j])
         for j, name in enumerate(COSTS)
@@ -196,7 +224,7 @@ def _costs(pairs: Sequence[tuple[Row, Row]]) -> dict[str, Cost]:
 
 
 def _differences(
-    first: Array, base: Array, used: NDArray[np.bool_]
+    first: Array, base: Array, used: NDArray[np.bool_], units: Sequence[str]
 ) -> list[Difference]:
     """Return each column's mean difference over the scenes that are used.
 
@@ -204,10 +232,13 @@ def _differences(
         first: The judged arm's values, shape (scenes, columns).
         base: The baseline's.
         used: Which scenes count, shape (scenes,).
+        units: The scene or mission of each.
     """
     n = int(used.sum())
     difference = (first - base)[used]
-    ends = _ends(difference)
+    ends = _ends(
+        difference, [u for u, counts in zip(units, used, strict=True) if counts]
+    )
     return [
         Difference(
             n=n,
@@ -222,12 +253,12 @@ def _differences(
 
 
 def _improvements(
-    first: Array, base: Array, won: NDArray[np.bool_]
+    first: Array, base: Array, won: NDArray[np.bool_], units: Sequence[str]
 ) -> list[Improvement]:
     """Return each column's probability of improvement; `won` has shape (scenes, 2)."""
     x, y = (np.where(won[:, k, None], v, np.inf) for k, v in enumerate((first, base)))
     better = (x < y) + 0.5 * (x == y)
-    ends = _ends(better)
+    ends = _ends(better, units)
     return [
         Improvement(
             n=len(better),
@@ -239,11 +270,16 @@ def _improvements(
     ]
 
 
-def _ends(values: Array) -> Array:
-    """Return the ends of every column's interval; a row is a scene, and a cluster."""
+def _ends(values: Array, units: Sequence[str]) -> Array:
+    """Return the ends of every column's interval; a unit is a cluster of rows."""
     if len(values) == 0:
         return np.full((values.shape[1], 2), np.nan)
-    return bca_intervals(values, np.ones_like(values))
+    known = {unit: k for k, unit in enumerate(dict.fromkeys(units))}
+    which = [known[unit] for unit in units]
+    sums, counts = np.zeros((2, len(known), values.shape[1]))
+    np.add.at(sums, which, values)
+    np.add.at(counts, which, 1.0)
+    return bca_intervals(sums, counts)
 
 
 def _finite(value: float) -> float | None:

@@ -9,6 +9,7 @@ from beacon_mj.eval.statistics.compare import (
     Difference,
     FamilyComparison,
 )
+from beacon_mj.eval.statistics.summary import OVERALL
 from beacon_mj.rendering.tables import Listing, add_line, plain_table
 
 #: Columns of costs that a terminal has room for, with heading and digits.
@@ -22,6 +23,7 @@ LEGEND = (
     "success: in points, Newcombe's paired interval, p of McNemar's exact test.\n"
     "both: scenes that both solved; path and energy are compared on these (BCa).\n"
     "shorter: on how many scenes of 100 the path is; a failure has the longest one.\n"
+    "missions: sums over all days of a mission, solved where every day is.\n"
     "--json has more columns, and everything over all scenes too."
 )
 
@@ -65,6 +67,9 @@ def _table(comparison: Comparison, together: int) -> Table:
     found = [*comparison.cells.values()]
     for each in found[1:] if len(found) == 2 else found:
         add_line(table, each.family, *_numbers(each))
+    for name, each in comparison.missions.items():
+        if name != OVERALL:
+            add_line(table, f"{name}: missions", *_numbers(each))
     return table
 
 

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from beacon_mj.eval.statistics.bootstrap import bca_intervals
+from beacon_mj.eval.statistics.clusters import sign_flip_test, totals
 
 
 class Interval(NamedTuple):
@@ -21,7 +22,7 @@ class Interval(NamedTuple):
 
 
 def wilson_interval(
-    count: int, n: int, confidence: float = 0.95
+    count: float, n: int, confidence: float = 0.95
 ) -> tuple[float, float]:
     """Return the Wilson score interval of a rate.
 
@@ -46,7 +47,28 @@ def wilson_interval(
     return (0.0 if count == 0 else low), (1.0 if count == n else high)
 
 
-def mcnemar(first: Sequence[bool], second: Sequence[bool]) -> float:
+def rate_interval(
+    flags: Sequence[bool], clusters: Sequence[str] | None = None
+) -> tuple[float, float]:
+    """Return the Wilson interval of a rate, of as many trials as there are clusters.
+
+    Values of one cluster then count as one, as if they were always alike: the interval
+    is never too narrow, and says something where all of them agree.
+
+    Args:
+        flags: One value an episode, at least one.
+        clusters: The scene or mission of each; None if every value has its own.
+    """
+    count, n = sum(flags), len(flags)
+    units = n if clusters is None else len({*clusters})
+    return wilson_interval(units * count / n, units)
+
+
+def mcnemar(
+    first: Sequence[bool],
+    second: Sequence[bool],
+    clusters: Sequence[str] | None = None,
+) -> float:
     """Return the two-sided p-value of McNemar's exact test.
 
     Of the b + c pairs in which the two differ, b is Binomial(b + c, 1/2) if neither is
@@ -55,8 +77,13 @@ def mcnemar(first: Sequence[bool], second: Sequence[bool]) -> float:
     Args:
         first: Success of one planner, scene by scene.
         second: Success of the other on the same scenes.
+        clusters: The mission of each scene; None if every scene is on its own. With
+            clusters it is the exact sign-flip test over their differences.
     """
     _check_paired(len(first), len(second))
+    if clusters is not None:
+        gains = [int(x) - int(y) for x, y in zip(first, second, strict=True)]
+        return sign_flip_test([round(d) for d in totals(gains, clusters)])
     b = sum(x and not y for x, y in zip(first, second, strict=True))
     c = sum(y and not x for x, y in zip(first, second, strict=True))
     if b + c == 0:
@@ -67,7 +94,10 @@ def mcnemar(first: Sequence[bool], second: Sequence[bool]) -> float:
 
 
 def paired_rate_interval(
-    first: Sequence[bool], second: Sequence[bool], confidence: float = 0.95
+    first: Sequence[bool],
+    second: Sequence[bool],
+    confidence: float = 0.95,
+    clusters: Sequence[str] | None = None,
 ) -> Interval:
     """Return the difference of two rates over the same scenes, and its interval.
 
@@ -77,14 +107,18 @@ def paired_rate_interval(
     with the Wilson intervals (l, u) of both rates, and phi their correlation with a
     continuity correction: method 10 of Newcombe, "Improved confidence intervals for
     the difference between binomial proportions based on paired data", 1998. Unlike a
-    bootstrap it says something when no scene, or every scene, differs.
+    bootstrap it says something when no scene, or every scene, differs. With clusters,
+    the scenes of one count as one, as in `rate_interval`.
     """
     _check_paired(len(first), len(second))
-    n = len(first)
-    if n == 0:
+    if len(first) == 0:
         return Interval(np.nan, np.nan, np.nan)
-    x, y = sum(map(bool, first)), sum(map(bool, second))
-    both = sum(a and b for a, b in zip(first, second, strict=True))
+    n = len(first) if clusters is None else len({*clusters})
+    pairs = [*zip(map(bool, first), map(bool, second), strict=True)]
+    x, y, both = (
+        n * sum(counted) / len(pairs)
+        for counted in zip(*((a, b, a and b) for a, b in pairs), strict=True)
+    )
     (l1, u1), (l2, u2) = (wilson_interval(k, n, confidence) for k in (x, y))
     p1, p2, phi = x / n, y / n, _correlation(both, x, y, n)
     low = _spread(p1 - l1, u2 - p2, phi)
@@ -92,7 +126,7 @@ def paired_rate_interval(
     return Interval(p1 - p2, p1 - p2 - low, p1 - p2 + high)
 
 
-def _correlation(both: int, x: int, y: int, n: int) -> float:
+def _correlation(both: float, x: float, y: float, n: int) -> float:
     """Return Newcombe's phi of a 2 x 2 table; 0 where a margin is empty."""
     margins = x * (n - x) * y * (n - y)
     if margins == 0:
@@ -133,7 +167,7 @@ def mean_interval(
 
     Args:
         values: One value an episode.
-        clusters: The scene of each value; None if every value has its own.
+        clusters: The scene or mission of each value; None if every value has its own.
         confidence: Coverage, in (0, 1).
         seed: Seed of the resampling; the same input gives the same interval.
     """

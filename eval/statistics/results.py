@@ -10,6 +10,7 @@ from beacon_mj.eval.runs.config import RunConfig
 from beacon_mj.eval.runs.frame import frame
 from beacon_mj.eval.runs.jobs import Fault
 from beacon_mj.eval.runs.run_folder import load_config, load_rows
+from beacon_mj.eval.statistics.missions import mission_frame
 from beacon_mj.eval.statistics.summary import summarize
 from beacon_mj.eval.statistics.summary_table import SummaryTable
 from beacon_mj.rendering.tables import Tabular
@@ -53,6 +54,14 @@ class Results(Tabular):
         What the run varies has a column too, such as `set.beacon.push_bias`.
         """
         return frame(self.episodes, self.config)
+
+    def missions(self) -> "pl.DataFrame":
+        """Return a line a planner and mission: its columns, over all days together.
+
+        Sums of steps, lengths, energies and counts; `success` is that of all days.
+        Empty for a run without missions; those that lack a day are left out.
+        """
+        return mission_frame(self.episodes)
 
     @property
     def planners(self) -> dict[str, list[Row]]:

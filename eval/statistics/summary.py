@@ -14,7 +14,9 @@ import numpy as np
 from beacon_mj.episode.trace import Outcome
 from beacon_mj.eval.metrics.row import Row, rows_sha256
 from beacon_mj.eval.statistics.bootstrap import bca_intervals
-from beacon_mj.eval.statistics.intervals import wilson_interval
+from beacon_mj.eval.statistics.clusters import Clustered, clusters_of
+from beacon_mj.eval.statistics.intervals import rate_interval
+from beacon_mj.eval.statistics.missions import SUMS, mission_row, whole_missions
 
 OVERALL = "overall"
 OUTCOMES: tuple[str, ...] = get_args(Outcome)
@@ -64,13 +66,32 @@ def summarize(rows: Sequence[Row]) -> Summary:
     """
     ordered = sorted(rows, key=lambda row: row.key)
     planners = dict.fromkeys(row.planner for row in ordered)
+    missions = mission_tables(ordered)
     return {
         "episodes": len(ordered),
         "rows_sha256": rows_sha256(ordered),
         "tables": {
             p: _planner([r for r in ordered if r.planner == p]) for p in planners
         },
-    }
+    } | ({"missions": missions} if missions else {})
+
+
+def mission_tables(rows: Sequence[Row]) -> dict[str, dict[str, Summary]]:
+    """Return the numbers of whole missions, by planner and family; empty for none."""
+    tables: dict[str, dict[str, Summary]] = {}
+    found: dict[tuple[str, str], list[list[Row]]] = {}
+    for days in whole_missions(rows):
+        found.setdefault((days[0].planner, days[0].family), []).append(days)
+    for (planner, family), missions in found.items():
+        own = [mission_row(days) for days in missions]
+        tables.setdefault(planner, {})[family] = {
+            "n": len(own),
+            "days": len(missions[0]),
+            **rates(own),
+            "mean": means(own, SUMS),
+            "by_day": [cell(day) for day in zip(*missions, strict=True)],
+        }
+    return tables
 
 
 def _planner(rows: Sequence[Row]) -> dict[str, Summary]:
@@ -83,40 +104,47 @@ def cell(rows: Sequence[Row]) -> Summary:
     """Return the numbers of one planner on one set of scenes."""
     return {
         "n": len(rows),
-        **{name: rate([getattr(row, name) for row in rows]) for name in RATES},
+        **rates(rows),
         "outcomes": {o: sum(row.outcome == o for row in rows) for o in OUTCOMES},
         "mean": means(rows),
         "mean_over_successes": means([row for row in rows if row.success]),
     }
 
 
-def rate(flags: Sequence[bool]) -> Summary:
+def rates(rows: Sequence[Clustered]) -> Summary:
+    """Return the rate of every column of `RATES`."""
+    clusters = clusters_of(rows)
+    return {name: rate([getattr(r, name) for r in rows], clusters) for name in RATES}
+
+
+def rate(flags: Sequence[bool], clusters: Sequence[str] | None = None) -> Summary:
     """Return count, n, share, and its Wilson 95 % interval; nulls for no episode."""
     count, n = sum(flags), len(flags)
     if n == 0:
         return {"count": 0, "n": 0, "rate": None, "low": None, "high": None}
-    low, high = wilson_interval(count, n)
+    low, high = rate_interval(flags, clusters)
     return {"count": count, "n": n, "rate": count / n, "low": low, "high": high}
 
 
-def means(rows: Sequence[Row]) -> dict[str, Summary]:
+def means(
+    rows: Sequence[Clustered], columns: Sequence[str] = MEANS
+) -> dict[str, Summary]:
     """Return each column's mean where it is defined, its n and BCa 95 % interval.
 
-    Scenes are resampled, not episodes. Nulls where there is nothing to say.
+    Scenes, and missions, are resampled, not episodes. Nulls where there is nothing to
+    say.
     """
-    scenes = {
-        key: i for i, key in enumerate(dict.fromkeys(r.scene_sha256 for r in rows))
-    }
-    sums, counts = np.zeros((2, len(scenes), len(MEANS)))
+    units = {key: i for i, key in enumerate(dict.fromkeys(r.unit for r in rows))}
+    sums, counts = np.zeros((2, len(units), len(columns)))
     for row in rows:
-        for j, name in enumerate(MEANS):
+        for j, name in enumerate(columns):
             if (value := getattr(row, name)) is not None:
-                sums[scenes[row.scene_sha256], j] += value
-                counts[scenes[row.scene_sha256], j] += 1.0
-    ends = bca_intervals(sums, counts) if rows else np.full((len(MEANS), 2), np.nan)
+                sums[units[row.unit], j] += value
+                counts[units[row.unit], j] += 1.0
+    ends = bca_intervals(sums, counts) if rows else np.full((len(columns), 2), np.nan)
     return {
         name: _mean(float(sums[:, j].sum()), int(counts[:, j].sum()), *ends[j].tolist())
-        for j, name in enumerate(MEANS)
+        for j, name in enumerate(columns)
     }
 
 

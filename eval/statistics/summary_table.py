@@ -42,6 +42,9 @@ class SummaryTable(Tabular):
         parts: list[Table | str] = []
         for family in families:
             parts += [_results(family, cells), ""]
+        missions = self.summary.get("missions", {})
+        for family in dict.fromkeys(f for own in missions.values() for f in own):
+            parts += [_missions(family, missions), ""]
         return [*parts, _outcomes(cells), LEGEND]
 
 
@@ -76,6 +79,33 @@ def _numbers(cell: dict[str, Any]) -> list[str]:
         _number(mean["energy_j"], 0),
         _number(mean["obstacles_broken"], 2),
     ]
+
+
+def _missions(family: str, missions: dict[str, Any]) -> Table:
+    """Return one table of whole missions: a line a planner."""
+    found = {name: own[family] for name, own in missions.items() if family in own}
+    n = max(cell["n"] for cell in found.values())
+    days = max(cell["days"] for cell in found.values())
+    table = _table(f"{family}, {n} missions of {days} days, all days together")
+    for heading in ("\nsolved", "\nsteps", "[95 % CI]", "failed\npushes", "bro-\nken"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    table.add_column("steps\nday by day", justify="right")
+    for planner, cell in found.items():
+        steps, won = cell["mean"]["steps"], cell["success"]
+        ends = "-"
+        if steps["low"] is not None:
+            ends = f"[{steps['low']:.0f},{steps['high']:.0f}]"
+        add_line(
+            table,
+            _label(planner),
+            f"{won['count']}/{won['n']}",
+            _number(steps, 0),
+            ends,
+            _number(cell["mean"]["failed_pushes"], 1),
+            _number(cell["mean"]["obstacles_broken"], 2),
+            " ".join(_number(day["mean"]["steps"], 0) for day in cell["by_day"]),
+        )
+    return table
 
 
 def _outcomes(tables: dict[str, Any]) -> Table:

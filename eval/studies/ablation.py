@@ -34,12 +34,13 @@ from beacon_mj.eval.runs.overrides import dotted
 from beacon_mj.eval.runs.progress import Progress
 from beacon_mj.eval.runs.runner import NOBODY
 from beacon_mj.eval.runs.variants import Values, variant
+from beacon_mj.eval.statistics.clusters import clusters_of
 from beacon_mj.eval.statistics.intervals import (
     Interval,
     mean_interval,
     paired_interval,
     paired_rate_interval,
-    wilson_interval,
+    rate_interval,
 )
 from beacon_mj.eval.statistics.summary import OVERALL, summarize
 from beacon_mj.planners.base import Planner
@@ -220,6 +221,7 @@ def _less(entry: PlannerEntry) -> str:
 
 def _whole(family: str, situation: str, rows: Sequence[Row]) -> Effect:
     count = sum(row.clean_success for row in rows)
+    clusters = clusters_of(rows)
     return Effect(
         family=family,
         situation=situation,
@@ -227,8 +229,11 @@ def _whole(family: str, situation: str, rows: Sequence[Row]) -> Effect:
         scenes=len(rows),
         success=sum(row.success for row in rows),
         clean=count,
-        clean_rate=Interval(count / len(rows), *wilson_interval(count, len(rows))),
-        costs={cost: mean_interval(_column(rows, cost)) for cost in COSTS},
+        clean_rate=Interval(
+            count / len(rows),
+            *rate_interval([row.clean_success for row in rows], clusters),
+        ),
+        costs={cost: mean_interval(_column(rows, cost), clusters) for cost in COSTS},
     )
 
 
@@ -240,6 +245,7 @@ def _variant(
     whole: Sequence[Row],
 ) -> Effect:
     clean = [row.clean_success for row in rows]
+    clusters = clusters_of(rows)
     return Effect(
         family=family,
         situation=situation,
@@ -247,9 +253,11 @@ def _variant(
         scenes=len(rows),
         success=sum(row.success for row in rows),
         clean=sum(clean),
-        clean_rate=paired_rate_interval(clean, [row.clean_success for row in whole]),
+        clean_rate=paired_rate_interval(
+            clean, [row.clean_success for row in whole], clusters=clusters
+        ),
         costs={
-            cost: paired_interval(_column(rows, cost), _column(whole, cost))
+            cost: paired_interval(_column(rows, cost), _column(whole, cost), clusters)
             for cost in COSTS
         },
     )

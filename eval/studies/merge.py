@@ -97,11 +97,7 @@ def _finished(path: Path, config: RunConfig) -> list[Row]:
     """Return a shard's rows; raise unless they are its episodes, all of them."""
     rows = load_rows(path)
     _, refs = scene_refs(config)
-    wanted = {
-        (name, job.ref.family, job.ref.index)
-        for job in plan(config, refs)
-        for name in job.planners
-    }
+    wanted = {key for job in plan(config, refs) for key in job.keys}
     have = {row.key for row in rows}
     if missing := sorted(wanted - have):
         names = [f"{planner} {family}_{k:04d}" for planner, family, k in missing]

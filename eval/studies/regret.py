@@ -34,6 +34,7 @@ from beacon_mj.eval.runs.jobs import Handovers
 from beacon_mj.eval.runs.lineup import PlannerChoice, planner_entries
 from beacon_mj.eval.runs.runner import NOBODY, plan, run_jobs
 from beacon_mj.eval.runs.variants import Values
+from beacon_mj.eval.statistics.clusters import clusters_of
 from beacon_mj.eval.statistics.intervals import Interval, mean_interval, paired_interval
 from beacon_mj.eval.statistics.summary import OVERALL
 from beacon_mj.eval.studies.certify import ORACLE
@@ -154,15 +155,16 @@ def _prices(family: str, scenes: list[dict[str, Row]]) -> list[Price]:
 
 def _price(family: str, part: str, solved: list[dict[str, Row]], of: int) -> Price:
     costs, share = {}, {}
+    clusters = clusters_of(scene[ORACLE] for scene in solved)
     for measure in MEASURES:
         cost = {n: _column(solved, n, measure) for n in (ORACLE, *LEVELS)}
         oracle = cost[ORACLE]
         if part == ORACLE:
-            costs[measure] = mean_interval(oracle)
+            costs[measure] = mean_interval(oracle, clusters)
             difference = oracle
         else:
             more, less = PARTS[part]
-            costs[measure] = paired_interval(cost[more], cost[less])
+            costs[measure] = paired_interval(cost[more], cost[less], clusters)
             difference = [a - b for a, b in zip(cost[more], cost[less], strict=True)]
         share[measure] = _mean_ratio(difference, oracle)
     return Price(family, part, len(solved), of, costs, share)

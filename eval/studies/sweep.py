@@ -24,6 +24,7 @@ from beacon_mj.eval.runs.config import (
 from beacon_mj.eval.runs.experiment import experiment, single_planner
 from beacon_mj.eval.runs.lineup import planner_entries
 from beacon_mj.eval.runs.variants import PROTOCOL, axes, variant, variant_name
+from beacon_mj.eval.statistics.clusters import clusters_of
 from beacon_mj.eval.statistics.intervals import Interval, mean_interval
 from beacon_mj.eval.statistics.summary import rate
 from beacon_mj.eval.studies.parameter_grid import (
@@ -162,11 +163,12 @@ def score(rows: Sequence[Row], settings: Changes) -> Score:
         settings: What it changes.
     """
     ordered = sorted(rows, key=lambda row: row.key)
+    clusters = clusters_of(ordered)
     energies = [row.energy_j for row in ordered]
     return Score(
         settings=dict(settings),
-        success=rate([row.success for row in ordered]),
-        energy_j=span(mean_interval(energies)),
+        success=rate([row.success for row in ordered], clusters),
+        energy_j=span(mean_interval(energies, clusters)),
         steps=sum(row.steps for row in ordered) / len(ordered),
     )
 

@@ -11,6 +11,7 @@ from beacon_mj.eval.metrics.row import Row
 from beacon_mj.eval.runs.experiment import run_stage
 from beacon_mj.eval.runs.progress import Progress
 from beacon_mj.eval.runs.variants import variant_name
+from beacon_mj.eval.statistics.clusters import clusters_of
 from beacon_mj.eval.statistics.intervals import mcnemar, paired_interval
 from beacon_mj.eval.statistics.summary import summarize
 from beacon_mj.eval.studies import sweep as stages
@@ -199,12 +200,13 @@ def _gain(rows: Sequence[Row], default: str, selected: str) -> Gain | None:
     ordered = sorted(rows, key=lambda row: row.key)
     first = [row for row in ordered if row.planner == selected]
     second = [row for row in ordered if row.planner == default]
+    clusters = clusters_of(first)
     won = [[row.success for row in each] for each in (first, second)]
     energy = paired_interval(
-        [row.energy_j for row in first], [row.energy_j for row in second]
+        [row.energy_j for row in first], [row.energy_j for row in second], clusters
     )
     return Gain(
         success=(sum(won[0]) - sum(won[1])) / len(first),
-        p_value=mcnemar(*won),
+        p_value=mcnemar(won[0], won[1], clusters),
         energy_j=stages.span(energy),
     )

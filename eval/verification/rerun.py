@@ -89,7 +89,9 @@ def _episodes(
         for job in plan(config, refs)
         if (
             names := tuple(
-                n for n in job.planners if (n, job.ref.family, job.ref.index) in kept
+                n
+                for n in job.planners
+                if any((n, ref.family, ref.index) in kept for ref in job.refs)
             )
         )
     ]
@@ -99,7 +101,8 @@ def _episodes(
         for rows in run_jobs(config, planned, folder, count):
             for row in rows:
                 path = folder / "logs" / row.planner / f"{row.scene_name}.mcap"
-                yield row, path if path.is_file() else None
+                if row.key in kept:
+                    yield row, path if path.is_file() else None
                 path.unlink(missing_ok=True)
 
 

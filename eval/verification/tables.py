@@ -58,8 +58,9 @@ def _unplanned(
 ) -> Iterator[str]:
     """Yield how the episodes differ from those that are planned."""
     planned = {
-        (name, job.ref.family, job.ref.index)
+        (name, ref.family, ref.index)
         for job in plan(config, refs)
+        for ref in job.refs
         for name in job.planners
     }
     have = {row.key for row in rows}

@@ -21,6 +21,22 @@ class Attempts:
         self._failures: dict[str, int] = {}
         self._failed_s: dict[str, float] = {}
         self._rests_until_s: dict[str, float] = {}
+        self._earlier: frozenset[str] = frozenset()
+
+    def overnight(self) -> "Attempts":
+        """Return what is remembered of them on the next day, whose clock is at zero."""
+        after = Attempts(self._failures_last_s)
+        after._failures = dict(self._failures)
+        after._earlier = frozenset(self._failures)
+        return after
+
+    def doubt(self) -> bool:
+        """Forget failures of earlier days; return whether there were any."""
+        old = self._earlier - self._failed_s.keys()
+        for name in old:
+            del self._failures[name]
+        self._earlier = frozenset()
+        return bool(old)
 
     def learn(self, evidence: PushEvidence) -> None:
         """Note what did not move under all the force there is."""

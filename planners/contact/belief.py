@@ -6,125 +6,16 @@ Vectors are ordered as `CLASSES`: safe, movable, fragile.
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Literal, get_args
 
 import numpy as np
 
 from beacon_mj.constants import CLASSES, InteractionClass
 from beacon_mj.errors import PlannerError
 from beacon_mj.geometry import Array
-from beacon_mj.interface import Evidence, Probabilities, PushEvidence, SensedObstacle
-from beacon_mj.planners.checks import expect, expect_all_between, expect_between
+from beacon_mj.interface import Probabilities, PushEvidence, SensedObstacle
+from beacon_mj.planners.contact.belief_settings import BeliefSettings
 from beacon_mj.planners.contact.force_scale import ScaleBelief
 from beacon_mj.planners.contact.kinds import KindBeliefs
-
-Memory = Literal["none", "failures", "belief"]
-Sharing = Literal["kind", "scale"]
-FORGET_S = 10.0  #: Time after which memory `none` has forgotten a failed push [s].
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Likelihoods:
-    """P(e | c) for each evidence e, over (safe, movable, fragile).
-
-    The paper leaves the numbers open. These follow from the worlds' construction:
-    safe bodies do not give way; one movable in ten is too heavy for the robot; fragile
-    ones are light, and some break when pushed. For each class the three sum to one.
-    """
-
-    #: Probability that a safe, movable, fragile one gives way.
-    moved: Probabilities = (0.03, 0.90, 0.75)
-    #: The same that it does not.
-    not_moved: Probabilities = (0.965, 0.095, 0.05)
-    #: The same that it breaks.
-    broken: Probabilities = (0.005, 0.005, 0.20)
-
-    def __post_init__(self) -> None:
-        """Check that P(. | c) is a distribution.
-
-        Raises:
-            PlannerError: If a probability is out of range or they do not sum to one.
-        """
-        for name in self.__slots__:
-            values = getattr(self, name)
-            expect_all_between(name, values, 3, 0.0, 1.0)
-            expect(name, values, "positive", min(values) > 0.0)
-        total = np.array([self.moved, self.not_moved, self.broken]).sum(axis=0)
-        expect(
-            "moved",
-            self.moved,
-            "such that moved, not_moved and broken sum to one in each class",
-            bool(np.abs(total - 1.0).max() <= 1e-9),
-        )
-
-    def of(self, evidence: Evidence) -> Array:
-        """Return P(evidence | c), shape (3,)."""
-        return np.array(
-            {"moved": self.moved, "not_moved": self.not_moved, "broken": self.broken}[
-                evidence
-            ]
-        )
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
-class BeliefSettings:
-    """What a planner learns from its pushes, and when that makes it think again."""
-
-    #: What a push leaves behind: `none`, a failure is forgotten after 10 s; `failures`,
-    #: it is remembered for good; `belief`, it updates the belief as well.
-    memory: Memory = "belief"
-    #: What a push tells of the other obstacles, where memory is `belief`: of those of
-    #: its `kind`, and of the `scale` of all forces; `[]` for nothing, as in the paper.
-    sharing: frozenset[Sharing] = frozenset()
-    #: Probability, 0 to 1, that an obstacle has its kind's class: values that are
-    #: equally likely until pushes tell how far kinds can be relied on.
-    reliability: tuple[float, ...] = (0.0, 0.5, 1.0)
-    #: Standard deviation of the logarithm of the scale, the factor between all
-    #: perceived forces and the true ones; 0 where it is known to be one. None for what
-    #: the sensor's data sheet says.
-    scale_error: float | None = None
-    #: Whether a changed belief triggers replanning (an ablation).
-    replan_on_belief: bool = True
-    #: L1 change of a belief that triggers replanning (epsilon_b).
-    threshold: float = 0.05
-    #: P(e | c), what a push is expected to show.
-    likelihoods: Likelihoods = Likelihoods()
-
-    def __post_init__(self) -> None:
-        """Check the ranges.
-
-        Raises:
-            PlannerError: If a field is out of range.
-        """
-        expect_between("threshold", self.threshold, 0.0, 2.0)
-        count = len(self.reliability)
-        expect("reliability", self.reliability, "of 1 to 9 values", 0 < count < 10)
-        expect_all_between("reliability", self.reliability, count, 0.0, 1.0)
-        if self.scale_error is not None:
-            expect_between("scale_error", self.scale_error, 0.0, 3.0)
-        for name, value, words in (
-            ("memory", {self.memory}, get_args(Memory)),
-            ("sharing", self.sharing, get_args(Sharing)),
-        ):
-            expect(
-                name,
-                getattr(self, name),
-                f"of {', '.join(words)}",
-                {*value} <= {*words},
-            )
-
-    def shares(self, what: Sharing) -> bool:
-        """Whether a push tells of the other obstacles, through their kind or scale."""
-        return self.memory == "belief" and what in self.sharing
-
-    @property
-    def failures_last_s(self) -> float:
-        """For how long a failed push is remembered [s]."""
-        return FORGET_S if self.memory == "none" else math.inf
-
-    def calls_for_replanning(self, change_l1: float) -> bool:
-        """Whether |b' - b|_1 > epsilon_b (paper II.H)."""
-        return self.replan_on_belief and change_l1 > self.threshold
 
 
 def prior(scores: Probabilities) -> Array:
@@ -161,7 +52,8 @@ class BeliefMap:
             stays at its prior, and no bound is kept.
         force_error: Standard deviation of the logarithm of one obstacle's perceived
             force, the error of the scale aside; > 0.
-        beliefs: Class probabilities by obstacle id.
+        beliefs: Class probabilities by obstacle id; on later days of a mission also of
+            obstacles that were not seen yet.
         at_least_n: Force that is known not to move an obstacle [N].
         at_most_n: Force that is known to move it [N].
         kinds: Beliefs about kinds, where they are shared.
@@ -175,6 +67,7 @@ class BeliefMap:
     at_most_n: dict[str, float] = field(default_factory=dict)
     kinds: KindBeliefs = field(init=False)
     scale: ScaleBelief = field(init=False)
+    _seen: set[str] = field(default_factory=set)
     _perceived_n: dict[str, float] = field(default_factory=dict)
     _factor: float = 1.0
 
@@ -186,6 +79,7 @@ class BeliefMap:
 
     def sight(self, *obstacles: SensedObstacle) -> bool:
         """Start beliefs at first sight; return whether any is new."""
+        self._seen |= {o.id for o in obstacles}
         new = [o for o in obstacles if o.id not in self.beliefs]
         first = {o.id: _probabilities(prior(o.scores)) for o in new}
         self._store(first)
@@ -196,6 +90,22 @@ class BeliefMap:
         if any(name in self.kinds.kind_of for name in first):
             self._store(self.kinds.beliefs())
         return bool(new)
+
+    def next_day(self) -> None:
+        """Take note that nothing was seen yet on this day."""
+        self._seen = set()
+
+    @property
+    def seen(self) -> int:
+        """Number of obstacles that were seen on this day."""
+        return len(self._seen)
+
+    @property
+    def of_seen(self) -> dict[str, Probabilities]:
+        """Class probabilities of the obstacles that were seen on this day."""
+        if len(self._seen) == len(self.beliefs):
+            return self.beliefs
+        return {i: b for i, b in self.beliefs.items() if i in self._seen}
 
     def learn(self, evidence: PushEvidence) -> float:
         """Update from one push; return the largest L1 change of a belief (II.H).

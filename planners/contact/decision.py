@@ -2,9 +2,10 @@
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import islice
 
+from beacon_mj.interface import PlannerInfo
 from beacon_mj.motion.detour import FreeRoute
 from beacon_mj.planners.contact.candidates import PushPlan
 
@@ -29,6 +30,18 @@ class Decision:
     cost_detour: float
     terms: Terms
     reason: str
+
+
+def compared(info: PlannerInfo, decision: Decision | None) -> PlannerInfo:
+    """Return why a command was chosen, with what was compared."""
+    if decision is None:
+        return info
+    return replace(
+        info,
+        cost_push=decision.cost_push,
+        cost_detour=decision.cost_detour,
+        terms=decision.terms,
+    )
 
 
 def decide(

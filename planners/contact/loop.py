@@ -13,13 +13,13 @@ from beacon_mj.interface import Action, Command, Observation, PlannerInfo, Task
 from beacon_mj.motion.detour import FreeRoute
 from beacon_mj.motion.expansions import ExpansionCount
 from beacon_mj.planners.base import C, Planner
-from beacon_mj.planners.contact.attempts import Attempts
 from beacon_mj.planners.contact.candidates import PushPlan, push_plans
 from beacon_mj.planners.contact.checks import next_in_chain, stands_free, way_is_clear
 from beacon_mj.planners.contact.controller import PushController
 from beacon_mj.planners.contact.cost_map import ContactMap, Crossing
-from beacon_mj.planners.contact.decision import Decision
+from beacon_mj.planners.contact.decision import Decision, compared
 from beacon_mj.planners.contact.limits import position_error_m
+from beacon_mj.planners.contact.memory import Memory
 from beacon_mj.planners.contact.policy import PushPolicy
 from beacon_mj.planners.recovery import Recovery, give_up
 
@@ -53,6 +53,7 @@ class ContactPlanner(Planner[C]):
         """Build the planner and its policy; None for defaults."""
         super().__init__(config)
         self.policy = self.Policy(self.config)
+        self._memory = Memory(self.policy)
 
     @classmethod
     def missing(cls) -> list[str]:
@@ -64,7 +65,17 @@ class ContactPlanner(Planner[C]):
     @final
     def reset(self, task: Task) -> None:
         """Forget everything."""
-        self.policy.reset(task)
+        self._memory.reset(task)
+        self._begin(task)
+
+    @final
+    def next_day(self, task: Task) -> None:
+        """Forget all places, and keep what `belief.overnight` says."""
+        self._memory.next_day(task)
+        self._begin(task)
+
+    def _begin(self, task: Task) -> None:
+        """Start to plan and drive, with nothing seen."""
         radius_m = self.policy.planning_radius_m(task)
         checked = replace(task, radius_m=radius_m)
         self._task = task
@@ -77,7 +88,6 @@ class ContactPlanner(Planner[C]):
         self._recovery = Recovery(task)
         self._controller: PushController | None = None
         self._decision: Decision | None = None
-        self._attempts = Attempts(self.policy.belief_settings.failures_last_s)
         self._planned_version = -1
         self._stale = True
 
@@ -94,13 +104,10 @@ class ContactPlanner(Planner[C]):
 
     def _learn(self, observation: Observation) -> None:
         """Hand on what is seen, and the evidence of push attempts."""
-        self.policy.observe(observation)
-        self._attempts.forget(observation.time_s)
-        for evidence in observation.evidence:
-            if self.policy.learn(evidence):
-                self._stale = True
-            self._attempts.learn(evidence)
-            if self._controller is not None:
+        if self._memory.learn(observation):
+            self._stale = True
+        if self._controller is not None:
+            for evidence in observation.evidence:
                 self._controller.learn(evidence)
 
     def _carry_out(self, observation: Observation) -> Command | None:
@@ -117,7 +124,7 @@ class ContactPlanner(Planner[C]):
             info = PlannerInfo(action=controller.action, reason=reason, target=name)
             return Command(velocity_mps=velocity, info=info)
         failed = controller.phase == "failed"
-        self._attempts.ended(name, observation, failed=failed)
+        self._memory.attempts.ended(name, observation, failed=failed)
         self._controller, self._stale = None, True
         self._recovery.restart(observation)
         return None
@@ -167,7 +174,8 @@ class ContactPlanner(Planner[C]):
     def _plan(self, observation: Observation) -> None:
         """Plan both ways and decide; where all else fails, with less room.
 
-        What was just pushed aside is pushed again only where nothing else is left.
+        What was just pushed aside is pushed again only where nothing else is left, and
+        what earlier days of a mission have shown is doubted only after that.
         """
         self._stale, self._planned_version = False, observation.map_version
         self._decision = None
@@ -179,11 +187,14 @@ class ContactPlanner(Planner[C]):
         self._tight.update(observation, force=self._recovery.ended)
         if self._tight.path is not None:
             return
-        if self._attempts.any_rests(observation) and self._choose(
+        if self._memory.attempts.any_rests(observation) and self._choose(
             observation, rested=True
         ):
             return
-        self._choose(observation, rested=True, last_resort=True)
+        if self._choose(observation, rested=True, last_resort=True):
+            return
+        if self._memory.doubt(observation):
+            self._plan(observation)
 
     def _choose(
         self,
@@ -231,9 +242,9 @@ class ContactPlanner(Planner[C]):
         """Return the crossing costs of all obstacles that may be pushed now."""
         costs = {}
         for i, obstacle in enumerate(observation.obstacles):
-            if self._attempts.immovable(obstacle):
+            if self._memory.attempts.immovable(obstacle):
                 continue
-            if self._attempts.rests(obstacle, observation) and not rested:
+            if self._memory.attempts.rests(obstacle, observation) and not rested:
                 continue
             cost = self.policy.crossing_cost(obstacle, last_resort=last_resort)
             if cost is not None:
@@ -250,7 +261,7 @@ class ContactPlanner(Planner[C]):
             self._task,
             crossing,
             lambda i: min(self.policy.force_n(obstacles[i]), limit_n),
-            lambda i: self._attempts.immovable(obstacles[i]),
+            lambda i: self._memory.attempts.immovable(obstacles[i]),
             predict=self.policy.predicts_cascades,
             wide=wide,
         )
@@ -262,14 +273,10 @@ class ContactPlanner(Planner[C]):
 
     def _explained(self, command: Command) -> Command:
         """Return a command with what was compared, planned and believed."""
-        decision = self._decision
         info = replace(
-            command.info,
-            cost_push=None if decision is None else decision.cost_push,
-            cost_detour=None if decision is None else decision.cost_detour,
-            terms={} if decision is None else decision.terms,
+            compared(command.info, self._decision),
             path_m=self._free.left() if self._controller is None else None,
-            beliefs=self.policy.beliefs.beliefs,
+            beliefs=self.policy.beliefs.of_seen,
             replanned=self._free.replanned,
         )
         self._free.replanned = False

@@ -8,6 +8,7 @@ three methods, and a planner that names it has nothing else to do:
         Policy = MyPolicy
 """
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -16,7 +17,8 @@ from typing import Any, ClassVar, Generic, final
 from beacon_mj.interface import Observation, PushEvidence, SensedObstacle, Task
 from beacon_mj.motion.detour import FreeRoute
 from beacon_mj.planners.base import C, NoConfig
-from beacon_mj.planners.contact.belief import BeliefMap, BeliefSettings
+from beacon_mj.planners.contact.belief import BeliefMap
+from beacon_mj.planners.contact.belief_settings import BeliefSettings
 from beacon_mj.planners.contact.candidates import PushPlan
 from beacon_mj.planners.contact.decision import Decision
 from beacon_mj.planners.contact.limits import PushLimits, within_sheet
@@ -29,8 +31,9 @@ class PushPolicy(ABC, Generic[C]):
     """What may be pushed, what it costs, and what was learned; no state of the loop.
 
     Abstract are `crossing_cost`, `choose` and `limits`. In the order of an episode the
-    loop calls `reset` once; `observe` and `learn` in each step; and when plans are
-    stale `crossing_cost` for every obstacle, then `choose`, then `limits`.
+    loop calls `reset` once, or `next_day` on a further day of a mission; `observe` and
+    `learn` in each step; and when plans are stale `crossing_cost` for every obstacle,
+    then `choose`, then `limits`.
 
     Attributes:
         Config: Frozen dataclass of parameters; every field has a default.
@@ -49,17 +52,60 @@ class PushPolicy(ABC, Generic[C]):
     def reset(self, task: Task) -> None:
         """Forget everything and start on `task`."""
         self.task = task
+        self.beliefs = self._fresh_beliefs()
+        self._inherits = False
+        self._today: list[PushEvidence] = []
+
+    def next_day(self, task: Task) -> None:
+        """Start on the next day of a mission, with the beliefs if they are kept."""
+        kept = self.beliefs
+        self.reset(task)
+        if self.belief_settings.belief_overnight:
+            self.beliefs, self._inherits = kept, True
+            kept.next_day()
+
+    def contradicts(self, evidence: PushEvidence) -> bool:
+        """Whether a push, not learned yet, shows that the room changed overnight.
+
+        What moved on an earlier day withstands the same force now, or the reverse.
+        """
+        name, force_n = evidence.id, evidence.force_n
+        if not self._inherits or any(name == told.id for told in self._today):
+            return False
+        if evidence.evidence == "not_moved":
+            return force_n >= self.beliefs.at_most_n.get(name, math.inf)
+        return force_n < self.beliefs.at_least_n.get(name, 0.0)
+
+    def doubt(self, observation: Observation) -> bool:
+        """Believe only what this day has shown; return whether that is a change.
+
+        The room may have changed overnight, and nobody says so.
+        """
+        if not self._inherits:
+            return False
+        self._inherits = False
+        self.beliefs = self._fresh_beliefs()
+        for obstacle in observation.obstacles:
+            self.beliefs.sight(obstacle)
+        for evidence in self._today:
+            self.beliefs.learn(evidence)
+        return True
+
+    def _fresh_beliefs(self) -> BeliefMap:
+        """Return what is believed before any push, under the sensor's data sheet."""
         settings = self.belief_settings
         if settings.scale_error is None:
-            settings = replace(settings, scale_error=task.sensor.force_scale_error)
-        self.beliefs = BeliefMap(settings, max(self.force_error, LEAST_ERROR))
+            common = self.task.sensor.force_scale_error
+            settings = replace(settings, scale_error=common)
+        return BeliefMap(settings, max(self.force_error, LEAST_ERROR))
 
     def observe(self, observation: Observation) -> None:
         """Take in what is seen, in every control step before anything else."""
-        self.beliefs.sight(*observation.obstacles[len(self.beliefs.beliefs) :])
+        self.beliefs.sight(*observation.obstacles[self.beliefs.seen :])
 
     def learn(self, evidence: PushEvidence) -> bool:
         """Take in how a push attempt ended; return whether plans are stale."""
+        self._today.append(evidence)
         change_l1 = self.beliefs.learn(evidence)
         return self.belief_settings.calls_for_replanning(change_l1)
 

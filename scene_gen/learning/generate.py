@@ -92,7 +92,9 @@ def generate_learning_scene(
         certificate, learning=_renamed(learning, names)
     )
     scene = msgspec.structs.replace(scene, certificate=certificate)
-    return perceive(scene, perception, seed)
+    scene = perceive(scene, perception, seed)
+    check_scene(scene)
+    return scene
 
 
 _UNPROVED = Certificate(

@@ -51,6 +51,15 @@ def test_disc_lists_the_cells_within_reach_nearest_first() -> None:
     assert np.array_equal(grid.within(point, 0.2), np.sort(cells))
 
 
+@given(st.floats(-5.0, 5.0), st.floats(-5.0, 5.0), st.floats(0.0, 1.0))
+def test_a_disc_may_lie_outside_of_the_grid(x: float, y: float, radius: float) -> None:
+    grid = Grid.cover(ROOM, 0.1)
+    point = np.array([x, y])
+    distance = np.linalg.norm(grid.centres(np.arange(grid.size)) - point, axis=1)
+    wrong = set(grid.disc(point, radius)) ^ set(np.flatnonzero(distance <= radius))
+    assert all(abs(distance[i] - radius) < 1e-9 for i in wrong)
+
+
 @settings(max_examples=30, deadline=None)
 @given(first=obstacles(), second=obstacles(), shift=st.floats(-0.3, 0.3))
 def test_field_is_exact_after_additions_and_moves(

@@ -22,7 +22,7 @@ def test_the_choice_at_the_second_barrier(
     policy.reset(make_task((1.0, 3.0), (5.0, 3.0)))
     tried = sensed_box("crate_1", 2.0, 3.0, scores=DOUBTFUL, kind="crate")
     crate = sensed_box("crate_2", 4.0, 2.0, scores=DOUBTFUL, kind="crate")
-    heavy = sensed_box("bin_2", 4.0, 4.0, scores=DOUBTFUL, density=130.0, kind="bin")
+    heavy = sensed_box("bin_2", 4.0, 4.0, scores=DOUBTFUL, density=110.0, kind="bin")
     policy.observe(observe((1.0, 3.0), tried, crate, heavy))
 
     def costs() -> dict[str, float]:

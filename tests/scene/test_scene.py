@@ -119,7 +119,7 @@ BAD: dict[str, tuple[Edit, str]] = {
     "not finite": (change("obstacles.0.x_m", math.nan), "not valid JSON"),
     "infinite": (change("obstacles.0.x_m", math.inf), "not valid JSON"),
     "huge": (change("obstacles.0.x_m", 1e300), r"<= 100\.0"),
-    "zero size": (change("obstacles.0.shape.length_m", 0.0), r"> 0\.0"),
+    "zero size": (change("obstacles.0.shape.length_m", 0.0), r">= 0\.001"),
     "zero density": (change("obstacles.0.density_kgm3", 0.0), r">= 1\.0"),
     "negative friction": (change("obstacles.0.friction", -0.1), r">= 0\.01"),
     "zero control period": (change("robot.control_period_s", 0.0), r">= 0\.01"),
@@ -299,7 +299,7 @@ def test_reserved_ids_are_the_names_of_the_templates() -> None:
         for element in ET.parse(ROOT / file).iter()
         if "name" in element.attrib
     }
-    assert named | {"robot", "wall"} == RESERVED_IDS
+    assert named | {"robot", "wall", "world"} == RESERVED_IDS
 
 
 def test_mass_force_and_pushability() -> None:

@@ -167,7 +167,10 @@ BAD = {
         'expected <default class="fragile">',
     ),
     "broken XML": ({"</mujoco>": ""}, "mine.xml: not valid XML"),
-    "no MJCF": ({"<custom>": "<custom><nonsense/>"}, "mine.xml: not valid MJCF"),
+    "no MJCF": (
+        {"<custom>": "<custom><nonsense/>"},
+        "mine.xml:15: expected no <nonsense> in <custom>",
+    ),
     "double quotes": (
         {"../obstacles/box.xml": "../../../../etc/passwd"},
         "to stay inside the template folder",

@@ -369,7 +369,10 @@ def test_document_types_in_any_encoding_are_refused(tmp_path: Path) -> None:
 def test_only_regular_files_are_read(tmp_path: Path) -> None:
     write(tmp_path, {"obstacles/crate.xml": CRATE})
     os.mkfifo(tmp_path / "obstacles/crate.obj")
-    with pytest.raises(TemplateError, match=r"crate.obj: expected a regular file"):
+    with pytest.raises(
+        TemplateError,
+        match=r"crate.obj: cannot read the template: expected a regular file",
+    ):
         nominal(tmp_path)
 
 

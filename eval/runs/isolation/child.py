@@ -20,6 +20,7 @@ from beacon_mj.eval.runs.overrides import built_ins, configure
 from beacon_mj.eval.runs.sandbox import Guarded, planner_class
 from beacon_mj.planners.base import Planner
 from beacon_mj.planners.oracle.truth import Oracle
+from beacon_mj.process_limits import limit_memory
 
 #: Packages that hold the truth about a world, or make it from a seed.
 TRUTH = (
@@ -47,7 +48,7 @@ def main(end: int, parent: int, memory_mib: int, *, end_with_parent: bool) -> No
     """
     if end_with_parent:
         _end_with(parent)
-    _limit_memory(memory_mib)
+    limit_memory(memory_mib)
     sys.meta_path.insert(0, NoTruth())
     channel = wire.Channel(socket.socket(fileno=end))
     channel.send_reply(wire.Ready(0))
@@ -86,7 +87,7 @@ class NoTruth(importlib.abc.MetaPathFinder):
 
 
 class _Planner:
-    """The planner of the episode that goes on."""
+    """The planner of the episode, or mission, that goes on."""
 
     def __init__(self) -> None:
         self._door: Door | None = None
@@ -100,6 +101,9 @@ class _Planner:
                 return wire.Ready(request.serial, _configuration(request))
             if isinstance(request, wire.Reset):
                 self._reset(request)
+                return wire.Ready(request.serial)
+            if isinstance(request, wire.NextDay):
+                self._next_day(request)
                 return wire.Ready(request.serial)
             return self._act(request)
         except PlannerFailure as failure:
@@ -115,6 +119,13 @@ class _Planner:
         self._guarded = Guarded(lambda: _build(request))
         self._door = Door(self._guarded, math.inf)
         self._door.reset(request.task)
+
+    def _next_day(self, request: wire.NextDay) -> None:
+        if self._guarded is None:
+            raise PlannerFailure("Expected reset() before next_day().")
+        self._picture = wire.Picture()
+        self._door = Door(self._guarded, math.inf)
+        self._door.next_day(request.task)
 
     def _act(self, request: wire.Act) -> wire.Reply:
         observation = self._picture.observation(request)
@@ -149,20 +160,6 @@ def _class_of(spec: str) -> type[Planner]:
             "process of its own. Use --no-isolate."
         )
     return cls
-
-
-def _limit_memory(memory_mib: int) -> None:
-    """Bound the address space, where the system can; leave no core file."""
-    import resource
-
-    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    try:
-        with open("/proc/self/statm") as file:
-            used = int(file.read().split()[0]) * resource.getpagesize()
-    except OSError:
-        return  # No Linux: there the limit means something else, or nothing.
-    limit = used + memory_mib * 2**20
-    resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
 
 
 def _end_with(parent: int) -> None:

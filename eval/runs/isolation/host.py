@@ -202,6 +202,12 @@ class Isolated(Remote):
         )
         self._ask(request, "end of reset()", RESET_LIMITS * self._limit_s)
 
+    def next_day(self, task: Task) -> None:
+        """Have the planner that was built go on with the next day."""
+        self._changes = wire.Changes()
+        request = wire.NextDay(self._child.next_serial(), task)
+        self._ask(request, "end of next_day()", RESET_LIMITS * self._limit_s)
+
     def act(self, observation: Observation) -> Command:
         """Have the planner asked."""
         request = self._changes.request(self._child.next_serial(), observation)

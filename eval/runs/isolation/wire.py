@@ -51,6 +51,13 @@ class Reset(NamedTuple):
     task: Task
 
 
+class NextDay(NamedTuple):
+    """Have the planner that was built go on with the next day of its mission."""
+
+    serial: int
+    task: Task
+
+
 class Act(NamedTuple):
     """Decide. `seen` and `again` are what changed since the last time."""
 
@@ -63,7 +70,7 @@ class Act(NamedTuple):
     evidence: list[tuple[Any, ...]]
 
 
-Request = Describe | Reset | Act
+Request = Describe | Reset | NextDay | Act
 
 
 class Ready(msgspec.Struct, frozen=True, array_like=True, tag=0):

@@ -89,7 +89,7 @@ def run_with(
 def _cut(job: Job, config: RunConfig) -> list[Job]:
     """Cut a job in pieces for several workers; the good planner is in the last."""
     names = [e.name for e in config.planners]
-    return [Job(job.ref, tuple(names[k : k + 20])) for k in range(0, len(names), 20)]
+    return [Job(job.refs, tuple(names[k : k + 20])) for k in range(0, len(names), 20)]
 
 
 @functools.cache

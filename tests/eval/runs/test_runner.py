@@ -15,7 +15,7 @@ from beacon_mj.eval.runs.config import (
     scene_refs,
     stored_scenes,
 )
-from beacon_mj.eval.runs.jobs import planner_seed
+from beacon_mj.eval.runs.jobs import Job, planner_seed
 from beacon_mj.eval.runs.lineup import planner_entries
 from beacon_mj.eval.runs.runner import plan, run_jobs
 from beacon_mj.eval.runs.versions import versions
@@ -132,7 +132,7 @@ def test_finished_episodes_are_not_planned_again() -> None:
     config, refs = configured(["push-through", "dstar-lite"], scenes_per_family=2)
     done = [row for row in run(config, refs) if row.key != ("dstar-lite", "sparse", 1)]
     [job] = plan(config, refs, done)
-    assert (job.ref, job.planners) == (SceneRef("sparse", 1), ("dstar-lite",))
+    assert job == Job((SceneRef("sparse", 1),), ("dstar-lite",))
     assert plan(config, refs, run(config, refs)) == []
 
 

@@ -64,7 +64,7 @@ def test_success_is_judged_by_mcnemar() -> None:
     assert (success.only_first, success.only_baseline) == (1, 1)
     assert success.difference.estimate == 0.0
     won = [[r.success for r in a.rows] for a in (A, B)]
-    assert success.p_value == mcnemar(*won)
+    assert success.p_value == mcnemar(won[0], won[1])
 
 
 def test_costs_are_compared_where_both_solved_and_over_all() -> None:

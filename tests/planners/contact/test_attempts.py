@@ -7,7 +7,7 @@ import pytest
 from beacon_mj.interface import PushEvidence
 from beacon_mj.planners.beacon import Beacon, BeaconConfig
 from beacon_mj.planners.contact.attempts import Attempts
-from beacon_mj.planners.contact.belief import FORGET_S, BeliefSettings, Memory
+from beacon_mj.planners.contact.belief_settings import FORGET_S, BeliefSettings, Memory
 from tests.kinematics import make_task
 from tests.sensed import observe, sensed_box
 
@@ -50,4 +50,4 @@ def test_the_loop_keeps_failures_as_its_policy_says(memory: Memory) -> None:
     for time_s, evidence in ((0.1, (failure,)), (9.9, ()), (10.1, ())):
         planner.act(dataclasses.replace(seen, time_s=time_s, evidence=evidence))
         remembered = time_s < FORGET_S or memory == "failures"
-        assert planner._attempts.immovable(BOX) is remembered
+        assert planner._memory.attempts.immovable(BOX) is remembered

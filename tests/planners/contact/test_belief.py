@@ -11,12 +11,14 @@ from beacon_mj.errors import PlannerError
 from beacon_mj.interface import Evidence, PushEvidence
 from beacon_mj.planners.contact.belief import (
     BeliefMap,
+    posterior,
+    prior,
+)
+from beacon_mj.planners.contact.belief_settings import (
     BeliefSettings,
     Likelihoods,
     Memory,
     Sharing,
-    posterior,
-    prior,
 )
 from tests.sensed import sensed_box
 

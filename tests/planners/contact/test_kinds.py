@@ -8,7 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from beacon_mj.interface import Probabilities
-from beacon_mj.planners.contact.belief import Likelihoods, posterior
+from beacon_mj.planners.contact.belief import posterior
+from beacon_mj.planners.contact.belief_settings import Likelihoods
 from beacon_mj.planners.contact.kinds import KindBeliefs
 
 LIKELIHOODS = Likelihoods()

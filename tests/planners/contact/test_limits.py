@@ -12,7 +12,7 @@ from beacon_mj.interface import SensorSheet, Task
 from beacon_mj.planners.beacon import Beacon
 from beacon_mj.planners.beacon_kinds import BeaconKinds
 from beacon_mj.planners.beacon_voi import BeaconVoi, BeaconVoiConfig, BeaconVoiPolicy
-from beacon_mj.planners.contact.belief import BeliefSettings
+from beacon_mj.planners.contact.belief_settings import BeliefSettings
 from beacon_mj.planners.contact.candidates import PushPlan
 from beacon_mj.planners.contact.controller import PushController
 from beacon_mj.planners.contact.limits import (

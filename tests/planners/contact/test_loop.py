@@ -10,7 +10,7 @@ from beacon_mj.errors import PlannerError
 from beacon_mj.interface import PushEvidence
 from beacon_mj.planners.base import Planner
 from beacon_mj.planners.beacon import Beacon, BeaconConfig, BeaconPolicy
-from beacon_mj.planners.contact.belief import BeliefSettings
+from beacon_mj.planners.contact.belief_settings import BeliefSettings
 from beacon_mj.planners.contact.limits import PushSettings
 from beacon_mj.planners.semantic import Semantic, SemanticConfig
 from beacon_mj.scene_gen.generate import generate_scene
