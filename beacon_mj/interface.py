@@ -87,9 +87,9 @@ class Task:
     max_steps: int
     motion_cost_jpm: float
     seed: int
-    sensor: SensorSheet = SensorSheet()
     mission_day: int | None = None
     mission_days: int | None = None
+    sensor: SensorSheet = SensorSheet()
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)

@@ -36,6 +36,7 @@ class Mission:
         seed: int = 0,
         listeners: Sequence[Listener] = (),
         world: World | None = None,
+        suite: str | None = None,
     ) -> Trace:
         """Run the next day.
 
@@ -44,6 +45,7 @@ class Mission:
             seed: The planner's seed.
             listeners: Recorders and displays.
             world: A world of this scene to reuse, of no other day of this mission.
+            suite: The released suite that the scene is of, for its row.
 
         Returns:
             The day's trace.
@@ -61,6 +63,7 @@ class Mission:
             world=world,
             left=left,
             goes_on=self._remembers,
+            suite=suite,
         )
         self._remembers = trace.outcome != "planner_error"
         # A simulation that diverged left no room that one could go on in.

@@ -99,6 +99,7 @@ class Protocol(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     force_noise: (
         Annotated[float, Meta(ge=0.0, le=1.0, extra={_CERTAIN: 0.0})] | None
     ) = None
+    overnight: Literal["restored", "as_left"] = "restored"
 
     overnight: Literal["restored", "as_left"] = "restored"
 

@@ -55,9 +55,9 @@ def make_task(scene: Scene, protocol: Protocol, seed: int) -> Task:
         max_steps=protocol.step_limit(scene),
         motion_cost_jpm=protocol.motion_cost(scene),
         seed=seed,
-        sensor=sensor,
         mission_day=None if scene.day is UNSET else scene.day,
         mission_days=None if scene.days is UNSET else scene.days,
+        sensor=sensor,
     )
 
 
@@ -71,6 +71,7 @@ def run_episode(
     world: World | None = None,
     left: Left | None = None,
     goes_on: bool = False,
+    suite: str | None = None,
 ) -> Trace:
     """Run one episode to its end.
 
@@ -85,6 +86,7 @@ def run_episode(
         left: How the room was left the day before; None for the scene's own places.
         goes_on: Whether the planner ran the day before, and is told `next_day` in place
             of `reset`; see `beacon_mj.run_mission`.
+        suite: The released suite that the scene is of, for its row.
 
     Returns:
         The trace. A planner that fails, or a simulation that diverges, ends its
@@ -113,6 +115,7 @@ def run_episode(
         protocol=protocol,
         start_m=world.position_m,
         left=left,
+        suite=suite,
         first_sensed=tuple(o.id for o in observation.obstacles),
     )
     for listener in listeners:

@@ -51,6 +51,7 @@ class Trace:
     Attributes:
         planner: Name of the planner.
         scene: The whole truth about its world.
+        suite: The released suite that the scene is of, if it was shown to be of one.
         protocol: How it was run.
         left: How the room was left the day before; None where it is as in the scene.
         start_m: Recorded start, shape (2,) [m].
@@ -66,6 +67,7 @@ class Trace:
     protocol: Protocol
     start_m: Array
     left: Left | None = None
+    suite: str | None = None
     first_sensed: tuple[str, ...] = ()
     steps: list[StepRecord] = field(default_factory=list)
     outcome: Outcome | None = None

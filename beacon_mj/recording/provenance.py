@@ -39,6 +39,7 @@ def config(trace: Trace, planner_config: Any, seed: int) -> dict[str, str]:
         "planner_config": to_json(planner_config),
         "planner_seed": str(seed),
         "protocol": to_json(trace.protocol),
+        "suite": trace.suite or "",
         "family": scene.family,
         "index": str(scene.index),
         "scene_seed": str(scene.seed),

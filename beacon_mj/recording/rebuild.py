@@ -82,6 +82,7 @@ class _Rebuild:
             protocol=log.protocol,
             start_m=_planar(start[1].position_m),
             left=log.left,
+            suite=log.config.get("suite") or None,
             first_sensed=tuple(start[1].newly_sensed),
         )
         trace.steps = [

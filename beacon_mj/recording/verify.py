@@ -164,6 +164,7 @@ def _repeat(log: Log, trace: Trace, again: Path, row: RowOf | None) -> Trace:
         seed=int(seed),
         listeners=[_AdoptEnd(trace), recorder],
         left=trace.left,
+        suite=trace.suite,
     )
 
 

@@ -39,6 +39,7 @@ def measure(trace: Trace) -> Row:
     tried = belief_metrics.pushed(trace, known)
     return Row(
         planner=trace.planner,
+        suite=trace.suite,
         family=scene.family,
         scene_index=scene.index,
         mission=None if scene.mission is UNSET else scene.mission,

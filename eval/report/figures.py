@@ -29,6 +29,7 @@ _STYLES = (
     ("#000000", "X"),
     ("#8C5A2B", "*"),
     ("#777777", "<"),
+    ("#8B7500", ">"),
 )
 _DASHES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 3)))
 #: Planners that keep their colour from report to report.
@@ -42,6 +43,7 @@ _KNOWN = (
     "push-through",
     "impact",
     "clairvoyant",
+    "beacon-kinds",
 )
 #: What the Pareto plots set against success: column, axis.
 PARETO = (

@@ -25,6 +25,7 @@ from beacon_mj.eval.report.episodes import (
 from beacon_mj.eval.runs.overrides import dotted
 from beacon_mj.eval.runs.run_folder import TABLE
 from beacon_mj.eval.statistics.compare import Comparison, compare_pairs
+from beacon_mj.eval.statistics.grouping import NO_SUITE, shown
 from beacon_mj.eval.statistics.pairing import (
     Arm,
     comparisons,
@@ -146,11 +147,11 @@ class _Tables(NamedTuple):
 
 
 def _tables(summary: dict[str, Any], found: Sequence[Comparison]) -> _Tables:
-    families = [*dict.fromkeys(f for own in summary["tables"].values() for f in own)]
-    shown = families[1:] if len(families) == 2 else families
+    families = dict.fromkeys(f for own in summary["tables"].values() for f in own)
+    names = shown([*families])
     return _Tables(
-        [tables.results(summary, family) for family in shown],
-        [tables.differences(found, family) for family in shown],
+        [tables.results(summary, name) for name in names],
+        [tables.differences(found, name) for name in names],
         tables.outcomes(summary),
         tables.beliefs(summary),
         _missions(summary, found),
@@ -197,6 +198,8 @@ def _facts(run: Results, rows: Sequence[Row]) -> dict[str, Any]:
         "episodes": len(rows),
         "scenes": len(hashes),
         "planners": len(run.planners),
+        "suites": _suites(rows),
+        "notes": run.notes(),
         "finished": (run.folder / TABLE).is_file(),
         "solved": sum(row.success for row in rows),
         "seed": config.seed,
@@ -207,6 +210,14 @@ def _facts(run: Results, rows: Sequence[Row]) -> dict[str, Any]:
         "configs": {entry.name: dotted(entry.config) for entry in config.planners},
         "command": command_of(config),
     }
+
+
+def _suites(rows: Sequence[Row]) -> list[str]:
+    """Return the suites of the scenes, and `no suite` beside others for the rest."""
+    found = [*dict.fromkeys(row.suite for row in rows)]
+    if found == [None]:
+        return []
+    return [NO_SUITE if suite is None else suite for suite in found]
 
 
 def _figures(summary: dict[str, Any], rows: Sequence[Row]) -> dict[str, list[Figure]]:

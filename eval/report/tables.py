@@ -186,7 +186,9 @@ def kind_of(planner: str) -> str:
 
 def title(family: str) -> str:
     """Return how a family is called above a table."""
-    return "All families" if family == OVERALL else family
+    if family == OVERALL:
+        return "All families"
+    return family[:1].upper() + family[1:] if " " in family else family
 
 
 def difference(found: Difference, digits: int, scale: float = 1.0) -> Number:

@@ -8,6 +8,7 @@ from typing import Any
 import msgspec
 
 from beacon_mj.constants import WALL_CLOCK_COLUMNS
+from beacon_mj.episode.trace import Trace
 from beacon_mj.errors import BeaconError, LogError, RunError
 from beacon_mj.eval.metrics.measure import measure
 from beacon_mj.eval.runs.frame import varied_settings
@@ -18,6 +19,7 @@ from beacon_mj.eval.runs.run_folder import (
     load_rows,
     read_table,
 )
+from beacon_mj.eval.runs.scene_cache import released_scene_suite
 from beacon_mj.eval.runs.variants import text_of
 from beacon_mj.eval.runs.worker_process import in_parallel
 from beacon_mj.recording.verify import Verification, verify
@@ -95,7 +97,7 @@ def verify_log(path: Path, tables: Mapping[str, Rows] | None = None) -> Verifica
         tables: Stored rows of its run, by the name of their file; see `tables_of`.
     """
     try:
-        found = verify(path, lambda trace: measure(trace).as_dict())
+        found = verify(path, _row)
         problem = found.problem or _difference(found, tables or {})
     except BeaconError as error:
         found = Verification(
@@ -103,6 +105,13 @@ def verify_log(path: Path, tables: Mapping[str, Rows] | None = None) -> Verifica
         )
         problem = str(error)
     return replace(found, problem=problem)
+
+
+def _row(trace: Trace) -> dict[str, Any]:
+    """Return the row that an episode must have; a suite that it claims is proved."""
+    if trace.suite is not None:
+        trace = replace(trace, suite=released_scene_suite(trace.scene))
+    return measure(trace).as_dict()
 
 
 def verify_logs(paths: Sequence[Path], workers: int = 1) -> Iterator[Verification]:

@@ -9,7 +9,7 @@ from beacon_mj.eval.statistics.compare import (
     Difference,
     FamilyComparison,
 )
-from beacon_mj.eval.statistics.summary import OVERALL
+from beacon_mj.eval.statistics.grouping import OVERALL, shown
 from beacon_mj.rendering.tables import Listing, add_line, plain_table
 
 #: Columns of costs that a terminal has room for, with heading and digits.
@@ -64,9 +64,8 @@ def _table(comparison: Comparison, together: int) -> Table:
     for heading in ("scenes\nboth", "success\np", *(h for h, _ in COSTS.values())):
         table.add_column(heading, justify="right", no_wrap=True)
     table.add_column("shorter\n%", justify="right", no_wrap=True)
-    found = [*comparison.cells.values()]
-    for each in found[1:] if len(found) == 2 else found:
-        add_line(table, each.family, *_numbers(each))
+    for name in shown([*comparison.cells]):
+        add_line(table, name, *_numbers(comparison.cells[name]))
     for name, each in comparison.missions.items():
         if name != OVERALL:
             add_line(table, f"{name}: missions", *_numbers(each))

@@ -14,6 +14,7 @@ from beacon_mj.eval.statistics.missions import mission_frame
 from beacon_mj.eval.statistics.summary import summarize
 from beacon_mj.eval.statistics.summary_table import SummaryTable
 from beacon_mj.rendering.tables import Tabular
+from beacon_mj.scene_gen.learning.rounds import cut_round
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -78,7 +79,19 @@ class Results(Tabular):
 
     def table(self) -> SummaryTable:
         """Return the tables: success, lengths, energy, and how episodes ended."""
-        return SummaryTable(self.summary())
+        return SummaryTable(self.summary(), self.notes())
+
+    def notes(self) -> list[str]:
+        """Return a line for each family of which the episodes cut a round."""
+        indices: dict[str, set[int]] = {}
+        for row in self.episodes:
+            indices.setdefault(row.family, set()).add(row.scene_index)
+        rounds = {n: each.round for n, each in self.config.scenes.items()}
+        lines = (
+            cut_round(name, len(own), rounds.get(name, 1))
+            for name, own in indices.items()
+        )
+        return [line for line in lines if line is not None]
 
     def tables(self) -> "Sequence[Table | str]":
         """Return the tables one by one."""

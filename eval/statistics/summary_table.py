@@ -5,6 +5,7 @@ from typing import Any
 
 from rich.table import Table
 
+from beacon_mj.eval.statistics.grouping import shown
 from beacon_mj.eval.statistics.summary import OUTCOMES, OVERALL
 from beacon_mj.rendering.tables import Tabular, add_line, plain_table
 
@@ -29,23 +30,22 @@ LEGEND = (
 class SummaryTable(Tabular):
     """Overall and per-family tables, then how episodes ended."""
 
-    def __init__(self, summary: dict[str, Any]) -> None:
-        """Show a summary; see `summarize`."""
+    def __init__(self, summary: dict[str, Any], notes: Sequence[str] = ()) -> None:
+        """Show a summary, see `summarize`, and what is to be said of it."""
         self.summary = summary
+        self.notes = tuple(notes)
 
     def tables(self) -> Sequence[Table | str]:
         """Return a table a family, and one of the outcomes."""
         cells = self.summary["tables"]
-        families = dict.fromkeys(f for own in cells.values() for f in own)
-        if len(families) == 2:  # One family: overall would say the same again.
-            del families[OVERALL]
+        names = dict.fromkeys(f for own in cells.values() for f in own)
         parts: list[Table | str] = []
-        for family in families:
-            parts += [_results(family, cells), ""]
+        for name in shown([*names]):
+            parts += [_results(name, cells), ""]
         missions = self.summary.get("missions", {})
         for family in dict.fromkeys(f for own in missions.values() for f in own):
             parts += [_missions(family, missions), ""]
-        return [*parts, _outcomes(cells), LEGEND]
+        return [*parts, _outcomes(cells), LEGEND, *self.notes]
 
 
 def _table(title: str) -> Table:

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 from rich.table import Table
 
+from beacon_mj.eval.statistics.grouping import shown
 from beacon_mj.eval.studies.regret import Price
 from beacon_mj.rendering.tables import Tabular, add_line, plain_table
 
@@ -21,18 +22,21 @@ class Regret(Tabular):
     Attributes:
         planner: Its name.
         prices: The parts, overall and per family.
+        notes: What is to be said of the scenes.
     """
 
-    def __init__(self, planner: str, prices: Sequence[Price]) -> None:
+    def __init__(
+        self, planner: str, prices: Sequence[Price], notes: Sequence[str] = ()
+    ) -> None:
         """Hold the parts; see `beacon_mj.regret`, which measures them."""
         self.planner = planner
         self.prices = tuple(prices)
+        self.notes = tuple(notes)
 
     def tables(self) -> Sequence[Table | str]:
         """Return a table a family."""
-        families = [*dict.fromkeys(price.family for price in self.prices)]
-        shown = families[1:] if len(families) == 2 else families
-        return [*(self._table(family) for family in shown), LEGEND]
+        names = [*dict.fromkeys(price.family for price in self.prices)]
+        return [*map(self._table, shown(names)), LEGEND, *self.notes]
 
     def _table(self, family: str) -> Table:
         own = [price for price in self.prices if price.family == family]

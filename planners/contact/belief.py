@@ -74,8 +74,12 @@ class BeliefMap:
     def __post_init__(self) -> None:
         """Start the beliefs about kinds and about the scale."""
         self.kinds = KindBeliefs(self.settings.reliability)
-        width = self.settings.scale_error if self.settings.shares("scale") else None
-        self.scale = ScaleBelief(width or 0.0, self.force_error)
+        scale_error = self.settings.scale_error or 0.0
+        if self.settings.shares("scale"):
+            self.scale = ScaleBelief(scale_error, self.force_error)
+        else:  # Each force is then uncertain by both, and on its own.
+            both = self.force_error * self.force_error + scale_error * scale_error
+            self.scale = ScaleBelief(0.0, math.sqrt(both))
 
     def sight(self, *obstacles: SensedObstacle) -> bool:
         """Start beliefs at first sight; return whether any is new."""

@@ -85,18 +85,16 @@ class PushPolicy(ABC, Generic[C]):
             return False
         self._inherits = False
         self.beliefs = self._fresh_beliefs()
-        for obstacle in observation.obstacles:
-            self.beliefs.sight(obstacle)
+        self.beliefs.sight(*observation.obstacles)
         for evidence in self._today:
             self.beliefs.learn(evidence)
         return True
 
     def _fresh_beliefs(self) -> BeliefMap:
-        """Return what is believed before any push, under the sensor's data sheet."""
         settings = self.belief_settings
         if settings.scale_error is None:
-            common = self.task.sensor.force_scale_error
-            settings = replace(settings, scale_error=common)
+            error = self.task.sensor.force_scale_error
+            settings = replace(settings, scale_error=error)
         return BeliefMap(settings, max(self.force_error, LEAST_ERROR))
 
     def observe(self, observation: Observation) -> None:

@@ -31,8 +31,8 @@ from tests.eval.traces import (
 from tests.worlds import cached_scene
 
 DESIGN_COLUMNS = (
-    "planner, family, scene_index, mission, day, scene_sha256, perception, seed, "
-    "outcome, success, "
+    "planner, suite, family, scene_index, mission, day, scene_sha256, perception, "
+    "seed, outcome, success, "
     "clean_success, steps, path_length_m, contacts, sensed_obstacles, energy_j, "
     "motion_energy_j, push_energy_j, actuator_work_j, battery_left, pushes, "
     "failed_pushes, obstacles_moved, obstacles_moved_indirectly, "

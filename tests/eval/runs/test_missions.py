@@ -82,6 +82,7 @@ def test_a_half_finished_mission_leaves_no_row_twice(tmp_path: Path) -> None:
     folder = RunFolder(tmp_path / "run")
     folder.create(made)
     folder.append(whole()[:4])  # The second mission of beacon is one day old.
+    folder.close()
     results = bmj.evaluate(
         NAMES,
         families=["revisited-rooms"],
