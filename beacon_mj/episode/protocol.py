@@ -101,8 +101,6 @@ class Protocol(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     ) = None
     overnight: Literal["restored", "as_left"] = "restored"
 
-    overnight: Literal["restored", "as_left"] = "restored"
-
     @classmethod
     def preset(cls, name: str) -> "Protocol":
         """Return a protocol of `PRESETS`.
