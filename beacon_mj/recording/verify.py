@@ -197,7 +197,7 @@ class _Script(Planner):
 
 
 class _Adopt:
-    """Takes from the log what commands do not repeat: who gave them, how they ended."""
+    """Takes from the log what its commands cannot repeat: who gave them, and an end."""
 
     def __init__(self, logged: Trace) -> None:
         self._logged = logged

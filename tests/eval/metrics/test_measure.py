@@ -49,6 +49,7 @@ def test_columns_are_the_designs_in_its_order() -> None:
     ours = [c for c in COLUMNS if c in DESIGN_COLUMNS]
     assert ours == DESIGN_COLUMNS
     assert set(COLUMNS) - set(DESIGN_COLUMNS) == {
+        "oracle",
         "energy_rolling_j",
         "brier_pushed_prior",
         "brier_pushed_posterior",
