@@ -68,31 +68,31 @@ RELEASED: Mapping[str, Mapping[str, Release]] = {
     "learning-v1": {
         "lookalike-doors": Release(
             files="a15121ace01738cefc4dbc3ac9b2da3b35988a8ef49526c66123e5db18195982",
-            scenes="87adef33339ecacc6e6ec735a73319d82f3356987131ebdeb6f1f2596b101b49",
+            scenes="1be8986ccf787b1cc7958b0ef94dac44a337b3df864f5bb6da5ea2f8ef641736",
         ),
         "lookalike-doors-08": Release(
             files="2fa06ddc3502b4f8a7d81923ab35511db416368ccd0d3873ece0ea6f9b07ce33",
-            scenes="7f84a38c850c5153a9bae553721babb0ecef3e50356839f2a9289b0ceaa92257",
+            scenes="b4ccf66e47309ac79b5be0110751a3a2d7ab01562c408a7f2d5a0fa97dd313c4",
         ),
         "lookalike-doors-shuffled": Release(
             files="a53ec5cf5f3cdff46e1251d79a48b9f1141481e7d71ac508a98799a506d52837",
-            scenes="07ec0c6ffb805c324e582a8c4f99fcdc3e40b647b269e7993771b0050f6b988c",
+            scenes="6d6a1e9ae5e023ea44b6eedb43a7b71647b89f41cd340fae66f1348d51b7e456",
         ),
         "unweighed-doors": Release(
             files="52853edd3b8c37dfe6b88276b77faed3713cabbed6c6c218165d5725c1502554",
-            scenes="6b8af4b9468f53a077c3f3f30c09535bee480fb5085918a0ba6331dc15a2de74",
+            scenes="0fca0eb8b8740c3c4691570bbfbbe6cd2c9def3886c8afe73c624f41d93efb99",
         ),
         "unweighed-doors-redrawn": Release(
             files="04c9a2f56b5c535a44639d7c9a19cc391a82d95575391de2c9503e337326bd21",
-            scenes="d3bf773be0bf1e2936922c48e4071bad37b7e5ad8459885ddce400c90ea40ea5",
+            scenes="ecb85b67ea39e92e023405c011cb57c7e98ea53a3067fa62e897c0278d6dc752",
         ),
         "revisited-rooms": Release(
             files="7d785f35a8d1fa462379df48efe7d4b8daddc5fede5c20e9c8ca50c658a0ab20",
-            scenes="fee1aa5b45e85a5e7364fd10708ae61de16364b1a74e032170f4e0aff31bcd7b",
+            scenes="f6d769295f5f4079e89e1d9063f25f6cd2db7864e171a7028cde014d473eabef",
         ),
         "revisited-rooms-redrawn": Release(
             files="9c1da48bd524e0bf81d29b9f56bdbd43b627bd8220b02e97b7419886f876328b",
-            scenes="cfe3a477ff235f5aa69267a890cad013e9290b4d2ab15bbc3d35575229fb60d9",
+            scenes="a10027abd0caaec9dd83a0fa083ea50fe884c2e0e2f3653c7a70a59f21b83526",
         ),
     },
     "hard-v1": {
