@@ -99,7 +99,7 @@ def test_savings_are_joined_scene_by_scene(tmp_path: Path) -> None:
 
 def test_a_mission_counts_once_and_whole(tmp_path: Path) -> None:
     run_ = results(
-        tmp_path, "revisited-rooms", 5,
+        tmp_path, "revisited-rooms", 6,
         beacon=[20.0] * 5, beacon_kinds=[10.0, 11.0, 12.0, 9.0, 9.0],
     )  # fmt: skip
     (mission,) = savings(run_, "beacon", "beacon-kinds")  # The second lacks a day.
