@@ -33,7 +33,7 @@ HOLD_S = 1.5  #: How long the end stays before the replay starts again [s].
 PIECE_M = 0.05  #: Length of a piece of the way travelled [m].
 LIFT_M = 0.02  #: Height of lines above the floor [m].
 ARROW_Z_M = 0.7  #: Height of force arrows, where nothing hides them [m].
-#: What the page may do: run the viewer that is in it, whose labels need `eval`, and load
+#: What the page may do: run the viewer in it, whose labels need `eval`, and load
 #: nothing from anywhere.
 POLICY = (
     "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval' blob:; "
