@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from beacon_mj.eval.api.comparison import compare as compare
     from beacon_mj.eval.api.evaluation import evaluate as evaluate
     from beacon_mj.eval.api.evaluation import merge as merge
+    from beacon_mj.eval.api.families import list_families as list_families
     from beacon_mj.eval.api.learning import learning_savings as learning_savings
     from beacon_mj.eval.api.logs import export_ros2 as export_ros2
     from beacon_mj.eval.api.logs import log_info as log_info
@@ -31,7 +32,6 @@ if TYPE_CHECKING:
     from beacon_mj.eval.api.reports import fill_tables as fill_tables
     from beacon_mj.eval.api.reports import write_report as write_report
     from beacon_mj.eval.api.scenes import generate_scenes as generate_scenes
-    from beacon_mj.eval.api.scenes import list_families as list_families
     from beacon_mj.eval.api.studies import ablate as ablate
     from beacon_mj.eval.api.studies import certify as certify
     from beacon_mj.eval.api.studies import regret as regret
@@ -104,7 +104,7 @@ _HOME = {
     "generate_scene": "beacon_mj.scene_gen.generate",
     "generate_scenes": "beacon_mj.eval.api.scenes",
     "learning_savings": "beacon_mj.eval.api.learning",
-    "list_families": "beacon_mj.eval.api.scenes",
+    "list_families": "beacon_mj.eval.api.families",
     "list_planners": "beacon_mj.eval.api.planners",
     "load_planner": "beacon_mj.planners.registry",
     "load_results": "beacon_mj.eval.statistics.results",

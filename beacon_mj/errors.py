@@ -64,10 +64,24 @@ def one_line(text: str, limit: int = DETAIL_CHARS) -> str:
     printed are escaped, and what is too long is cut. Of its own result it returns the
     same again.
     """
-    head = " ".join(text[: 2 * limit].split())
-    if not head.isprintable():
-        head = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in head)
+    head = _escaped(" ".join(text[: 2 * limit].split()))
     return head if len(head) <= limit else head[: limit - 3] + "..."
+
+
+def printable(text: str) -> str:
+    """Return a text as lines that every file and terminal can show.
+
+    What cannot be printed is escaped, but for line ends: no name, reason or path sends
+    control characters to a terminal, or hides a part of itself. Of its own result it
+    returns the same again.
+    """
+    return "\n".join(_escaped(line) for line in text.expandtabs().split("\n"))
+
+
+def _escaped(line: str) -> str:
+    if line.isprintable():
+        return line
+    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in line)
 
 
 def describe(error: BaseException) -> str:

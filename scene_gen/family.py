@@ -97,9 +97,9 @@ COUNTS = frozenset(
 DEFAULT_SUITE = "paper-v1"
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class Family:
-    """One scene family.
+    """One scene family; one that was read again is another one.
 
     Attributes:
         name: Name on the command line, the stem of the file.

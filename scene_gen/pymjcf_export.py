@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from beacon_mj.errors import TemplateError
+from beacon_mj.files import replacing
 
 _NAMES = ("name", "class", "childclass", "mesh", "material", "texture")
 
@@ -66,12 +67,7 @@ def _assets(model: Any) -> dict[str, bytes]:
 
 
 def _write(files: dict[str, bytes], folder: Path, name: str) -> Path:
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        for key, content in files.items():
-            (folder / key).write_bytes(content)
-    except OSError as error:
-        raise TemplateError(
-            f"{folder}: cannot be written: {error.strerror}."
-        ) from error
+    for key, content in files.items():
+        with replacing(folder / key, TemplateError) as part:
+            part.write_bytes(content)
     return folder / f"{name}.xml"

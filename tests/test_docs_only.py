@@ -97,3 +97,40 @@ def test_an_obstacle_written_with_pymjcf(tmp_path: Path) -> None:
     )  # fmt: skip
     scene = generate_scene("ring", 0, templates=tmp_path / "my_dir")
     assert {shapes.name_of(o.shape) for o in scene.obstacles} == {"stool"}
+
+
+def edits_of_the_learning_family() -> dict[str, str]:
+    """Return the lines that the page changes in a copy, by the start of the line."""
+    section = TEXT.partition("### Your own learning family")[2]
+    [block] = re.findall(r"```xml\n(.*?)```", section.partition("\n### ")[0], re.S)
+    return {line.partition(" data=")[0]: line for line in block.splitlines()}
+
+
+def test_a_learning_family_of_ones_own_from_the_page_alone(tmp_path: Path) -> None:
+    """Copied, edited in XML only, certified in MuJoCo, and crossed by a robot."""
+    section = TEXT.partition("### Your own learning family")[2]
+    [copy] = re.findall(r"^mkdir my_doors && cp (\S+) (\S+)$", section, re.M)
+    path = tmp_path / copy[1]
+    path.parent.mkdir()
+    text = (REPOSITORY / copy[0]).read_text()
+    edits = edits_of_the_learning_family()
+    assert len(edits) == 5
+    for start, line in edits.items():
+        text, count = re.subn(rf"{re.escape(start)} .*?/>", line, text)
+        assert count == 1
+    path.write_text(text)
+    commands = re.findall(r"^beacon-mj .*--templates my_doors.*$", section, re.M)
+    listed, generated, crossed, _ = commands
+    run(listed, tmp_path)
+    run(generated, tmp_path)
+    run(crossed.replace("-n 14", "-n 2 --workers 2"), tmp_path)
+    rows = polars.read_parquet(tmp_path / "runs" / "mine" / "episodes.parquet")
+    assert rows["success"].to_list() == [True, True]
+    assert rows["suite"].to_list() == [None, None]
+    scene = generate_scene("my_doors", 0, templates=tmp_path / "my_doors")
+    found = scene.certificate.learning
+    assert found
+    assert found.worlds == 14
+    assert found.value_s >= 3.0
+    assert {p for row in found.parts[0].opens for p in row} == {0.05, 0.95}
+    assert [len(stage.doors) for stage in found.parts[0].stages] == [4, 4, 4]

@@ -13,10 +13,11 @@ def ablate(
     planner: Annotated[str, Parameter(help="Whose parts.")],
     settings: options.SetOption = (),
     protocol: options.ProtocolOption = None,
+    suite: options.Suite = (),
     family: options.Family = (),
     scenes_per_family: Annotated[
-        options.ScenesPerFamily, Parameter(help="Scenes per family.")
-    ] = 100,
+        options.ScenesPerFamily | None, Parameter(help=options.SCENES_HELP)
+    ] = None,
     seed: options.Seed = 0,
     templates: options.Templates = None,
     workers: options.Workers = None,
@@ -41,12 +42,14 @@ def ablate(
         settings=settings,
         protocol=protocol,
         families=family,
+        suite=suite,
         scenes_per_family=scenes_per_family,
         seed=seed,
         templates=templates,
         workers=workers,
         out=out,
         progress=beacon_mj.show_progress,
+        tell=lambda line: remark(f"note: {line}"),
     )
     if json:
         show_json(found.effects)

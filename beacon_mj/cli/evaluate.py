@@ -23,10 +23,11 @@ def evaluate(
     settings: options.SetOption = (),
     vary: options.VaryOption = (),
     protocol: options.ProtocolOption = None,
+    suite: options.Suite = (),
     family: options.Family = (),
     scenes_per_family: Annotated[
         options.ScenesPerFamily | None,
-        Parameter(help="Scenes per family; 100 by default, or all that are stored."),
+        Parameter(help=f"{options.SCENES_HELP} Of stored scenes, all."),
     ] = None,
     seed: options.Seed = 0,
     perception: options.Perception = None,
@@ -88,6 +89,7 @@ def evaluate(
         planner,
         protocol=protocol,
         families=family,
+        suite=suite,
         scenes_per_family=scenes_per_family,
         seed=seed,
         perception=perception,
@@ -104,6 +106,7 @@ def evaluate(
         resume=resume,
         trust_code=trust_code,
         progress=beacon_mj.show_progress,
+        tell=lambda line: remark(f"note: {line}"),
     )
     remark(*results.failures())
     if json:

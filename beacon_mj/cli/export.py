@@ -1,6 +1,5 @@
 """`beacon-mj export`."""
 
-import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -23,6 +22,7 @@ def export(
         An MCAP file, finished or not.
     """
     import beacon_mj
+    from beacon_mj.cli.views.console import remark
 
     count = beacon_mj.export_ros2(log, ros2)
-    print(f"{ros2}: {count} messages", file=sys.stderr)
+    remark(f"{ros2}: {count} messages")

@@ -1,6 +1,5 @@
 """`beacon-mj log recover`, `log layout` and `log info`."""
 
-import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -24,9 +23,10 @@ def recover(
         The unfinished log, such as x.mcap.part; it is left as it is.
     """
     import beacon_mj
+    from beacon_mj.cli.views.console import remark
 
     found = beacon_mj.recover_log(part, out)
-    print(f"{found.path}: {found.steps} whole steps", file=sys.stderr)
+    remark(f"{found.path}: {found.steps} whole steps")
 
 
 def layout(
@@ -38,9 +38,10 @@ def layout(
     In either viewer: open the log, then import the layout from its file.
     """
     import beacon_mj
+    from beacon_mj.cli.views.console import remark
 
     for path in beacon_mj.write_layouts(out):
-        print(path, file=sys.stderr)
+        remark(str(path))
 
 
 def info(log: Path, /) -> None:

@@ -1,7 +1,5 @@
 """`beacon-mj fidelity` and `beacon-mj doctor`."""
 
-import sys
-
 from beacon_mj.cli import FAILED
 
 
@@ -14,19 +12,16 @@ def fidelity(*checks: str) -> int:
         Names of checks to run, such as creep; all by default.
     """
     import beacon_mj
-    from beacon_mj.cli.views.console import show
+    from beacon_mj.cli.views.console import redraw, show
 
     done: list[bool] = []
 
     def count(passed: bool) -> None:
         done.append(passed)
-        if sys.stderr.isatty():
-            line = f"\r{len(done)} rows, {sum(done)} pass"
-            print(line, end="", file=sys.stderr)
+        redraw(f"{len(done)} rows, {sum(done)} pass")
 
     found = beacon_mj.run_fidelity(checks, on_row=lambda row: count(row.passed))
-    if sys.stderr.isatty():
-        print(file=sys.stderr)
+    redraw("\n")
     show(found)
     return 0 if found.ok else FAILED
 

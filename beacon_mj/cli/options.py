@@ -34,6 +34,17 @@ Family = Annotated[
         help="Scene families; several, or repeated. Those of suite paper-v1 if unsaid.",
     ),
 ]
+Suite = Annotated[
+    tuple[str, ...],
+    Parameter(
+        name="--suite",
+        negative=(),
+        show_default=False,
+        consume_multiple=True,
+        help="Suites, in place of families: paper-v1, learning-v1, hard-v1, one that "
+        "your own families name, or all; several, or repeated.",
+    ),
+]
 Seed = Annotated[
     int,
     Parameter(
@@ -52,6 +63,10 @@ Perception = Annotated[
 Templates = Annotated[
     Path | None, Parameter(help="Folder of your own family templates.")
 ]
+SCENES_HELP = (
+    "Scenes per family; 100 by default, or the whole rounds of latent worlds nearest "
+    "to it."
+)
 ScenesPerFamily = Annotated[
     int,
     Parameter(
@@ -94,7 +109,7 @@ Workers = Annotated[
     Parameter(
         converter=whole,
         validator=Number(gte=1, lte=4096),
-        help="Processes; one per core by default.",
+        help="Processes; one per usable core by default.",
     ),
 ]
 Flag = Annotated[bool, Parameter(negative=(), show_default=False)]

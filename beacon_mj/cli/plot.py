@@ -1,6 +1,5 @@
 """`beacon-mj plot`."""
 
-import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -24,6 +23,7 @@ def plot(
         An MCAP file, finished or not.
     """
     import beacon_mj
+    from beacon_mj.cli.views.console import remark
 
     stem = log.name.removesuffix(".part").removesuffix(".mcap")
-    print(beacon_mj.plot_panel(log, out or Path(f"{stem}.svg")), file=sys.stderr)
+    remark(str(beacon_mj.plot_panel(log, out or Path(f"{stem}.svg"))))

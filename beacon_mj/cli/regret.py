@@ -12,10 +12,11 @@ def regret(
     planner: Annotated[str, Parameter(help="Whose regret.")],
     settings: options.SetOption = (),
     protocol: options.ProtocolOption = None,
+    suite: options.Suite = (),
     family: options.Family = (),
     scenes_per_family: Annotated[
-        options.ScenesPerFamily, Parameter(help="Scenes per family.")
-    ] = 100,
+        options.ScenesPerFamily | None, Parameter(help=options.SCENES_HELP)
+    ] = None,
     seed: options.Seed = 0,
     perception: options.Perception = None,
     templates: options.Templates = None,
@@ -28,19 +29,21 @@ def regret(
     near, and with uncertain classes.
     """
     import beacon_mj
-    from beacon_mj.cli.views.console import show, show_json
+    from beacon_mj.cli.views.console import remark, show, show_json
 
     found = beacon_mj.regret(
         planner,
         settings=settings,
         protocol=protocol,
         families=family,
+        suite=suite,
         scenes_per_family=scenes_per_family,
         seed=seed,
         perception=perception or "noisy",
         templates=templates,
         workers=workers,
         progress=beacon_mj.show_progress,
+        tell=lambda line: remark(f"note: {line}"),
     )
     if json:
         show_json([price._asdict() for price in found.prices])

@@ -1,6 +1,5 @@
 """`beacon-mj generate`, `families`, and `view`."""
 
-import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -12,10 +11,11 @@ from beacon_mj.cli import options
 def generate(
     *,
     out: Annotated[Path, Parameter(help="Folder to write to; new or empty.")],
+    suite: options.Suite = (),
     family: options.Family = (),
     scenes_per_family: Annotated[
-        options.ScenesPerFamily, Parameter(help="Scenes per family.")
-    ] = 100,
+        options.ScenesPerFamily | None, Parameter(help=options.SCENES_HELP)
+    ] = None,
     seed: options.Seed = 0,
     perception: options.Perception = None,
     templates: options.Templates = None,
@@ -34,11 +34,13 @@ def generate(
     beacon_mj.generate_scenes(
         out,
         families=family,
+        suite=suite,
         scenes_per_family=scenes_per_family,
         seed=seed,
         perception=perception or "noisy",
         templates=templates,
         on_folder=lambda folder, name, n: remark(f"{folder}: {n} scenes of {name}"),
+        tell=lambda line: remark(f"note: {line}"),
     )
     if not certify:
         return 0
@@ -47,7 +49,7 @@ def generate(
     return certify_folder(out)
 
 
-def families(*, templates: options.Templates = None) -> None:
+def families(*, suite: options.Suite = (), templates: options.Templates = None) -> None:
     """List the scene families: suite, layout, obstacles, value of learning, and file.
 
     The value of learning is what the best policy that learns from stage to stage
@@ -56,7 +58,7 @@ def families(*, templates: options.Templates = None) -> None:
     import beacon_mj
     from beacon_mj.cli.views.console import show
 
-    show(beacon_mj.list_families(templates))
+    show(beacon_mj.list_families(templates, suite=suite))
 
 
 def view(
@@ -75,9 +77,10 @@ def view(
         A scene's JSON file.
     """
     import beacon_mj
+    from beacon_mj.cli.views.console import remark
 
     found = beacon_mj.load_scene(scene)
     if png is None:
         beacon_mj.view_scene(found)
     else:
-        print(beacon_mj.render_scene(found, png), file=sys.stderr)
+        remark(str(beacon_mj.render_scene(found, png)))

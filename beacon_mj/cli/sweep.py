@@ -45,10 +45,15 @@ def sweep(
             "values of the grid.",
         ),
     ] = 0,
+    suite: options.Suite = (),
     family: options.Family = (),
     scenes_per_family: Annotated[
-        options.ScenesPerFamily, Parameter(help="Scenes per family, of each split.")
-    ] = 10,
+        options.ScenesPerFamily | None,
+        Parameter(
+            help="Scenes per family, of each split; 10 by default, or the whole rounds "
+            "of latent worlds nearest to it."
+        ),
+    ] = None,
     select_seed: Annotated[
         options.Seed, Parameter(help="Seed of the scenes that select; 1000 or more.")
     ] = 1000,
@@ -81,6 +86,7 @@ def sweep(
         trials=trials,
         protocol=protocol,
         families=family,
+        suite=suite,
         scenes_per_family=scenes_per_family,
         select_seed=select_seed,
         seed=seed,
@@ -89,6 +95,7 @@ def sweep(
         out=out,
         resume=resume,
         progress=beacon_mj.show_progress,
+        tell=lambda line: remark(f"note: {line}"),
     )
     if json:
         show_json(found.result)

@@ -43,7 +43,7 @@ def verify(
         A log, a folder of logs, a run folder, or a bundle of one.
     """
     import beacon_mj
-    from beacon_mj.cli.views.console import complain
+    from beacon_mj.cli.views.console import complain, say
     from beacon_mj.cli.views.log_progress import show_logs
 
     with show_logs() as on_log:
@@ -58,5 +58,5 @@ def verify(
         )
     complain(found.level_problems)
     if found.ok or found.checks or path.is_dir():
-        print(found)
+        say(str(found))
     return 0 if found.ok else FAILED

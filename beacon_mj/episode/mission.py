@@ -21,12 +21,18 @@ class Mission:
     """
 
     def __init__(
-        self, planner: Planner, name: str = "planner", protocol: Protocol | None = None
+        self,
+        planner: Planner,
+        name: str = "planner",
+        protocol: Protocol | None = None,
+        *,
+        oracle: bool | None = None,
     ) -> None:
         """Begin a mission; see `run_episode` for the arguments."""
         self._planner = planner
         self._name = name
         self._protocol = Protocol() if protocol is None else protocol
+        self._oracle = oracle
         self._remembers = False
         self._yesterday: World | None = None
 
@@ -36,6 +42,7 @@ class Mission:
         seed: int = 0,
         listeners: Sequence[Listener] = (),
         world: World | None = None,
+        suite: str | None = None,
     ) -> Trace:
         """Run the next day.
 
@@ -44,6 +51,7 @@ class Mission:
             seed: The planner's seed.
             listeners: Recorders and displays.
             world: A world of this scene to reuse, of no other day of this mission.
+            suite: The released suite that the scene is of, for its row.
 
         Returns:
             The day's trace.
@@ -61,6 +69,8 @@ class Mission:
             world=world,
             left=left,
             goes_on=self._remembers,
+            suite=suite,
+            oracle=self._oracle,
         )
         self._remembers = trace.outcome != "planner_error"
         # A simulation that diverged left no room that one could go on in.

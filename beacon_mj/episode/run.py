@@ -70,8 +70,10 @@ def run_episode(
     seed: int = 0,
     listeners: Sequence[Listener] = (),
     world: World | None = None,
+    oracle: bool | None = None,
     left: Left | None = None,
     goes_on: bool = False,
+    suite: str | None = None,
 ) -> Trace:
     """Run one episode to its end.
 
@@ -83,9 +85,12 @@ def run_episode(
         seed: The planner's seed.
         listeners: Recorders and displays.
         world: A world of the same scene to reuse; it is reset first.
+        oracle: Whether the planner is told the truth, which the trace then says; by
+            default an `Oracle` is, and no other planner.
         left: How the room was left the day before; None for the scene's own places.
         goes_on: Whether the planner ran the day before, and is told `next_day` in place
             of `reset`; see `beacon_mj.run_mission`.
+        suite: The released suite that the scene is of, for its row.
 
     Returns:
         The trace. A planner that fails, or a simulation that diverges, ends its
@@ -108,18 +113,21 @@ def run_episode(
         world = World(scene, protocol.timestep_s)
     sensor = Sensor(world, protocol)
     observation = sensor.observe(None, 1.0)
+    told = isinstance(planner, Oracle) if oracle is None else oracle
     trace = Trace(
         planner=name,
         scene=scene,
         protocol=protocol,
         start_m=world.position_m,
+        oracle=told,
         left=left,
+        suite=suite,
         first_sensed=tuple(o.id for o in observation.obstacles),
     )
     for listener in listeners:
         listener.begin(trace, world, observation)
     truth = None
-    if isinstance(planner, Oracle):
+    if told:
         truth = truth_about(scene, protocol, run_episode, left)
     door = Door(planner, protocol.decision_limit_s)
     loop = _Loop(trace, door, world, sensor, listeners)

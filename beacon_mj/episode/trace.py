@@ -51,9 +51,11 @@ class Trace:
     Attributes:
         planner: Name of the planner.
         scene: The whole truth about its world.
+        suite: The released suite that the scene is of, if it was shown to be of one.
         protocol: How it was run.
         left: How the room was left the day before; None where it is as in the scene.
         start_m: Recorded start, shape (2,) [m].
+        oracle: Whether the planner was told the truth about its world.
         first_sensed: Ids of obstacles sensed before the first step.
         steps: The control steps, in order.
         outcome: How it ended; None while it runs.
@@ -65,7 +67,9 @@ class Trace:
     scene: Scene
     protocol: Protocol
     start_m: Array
+    oracle: bool = False
     left: Left | None = None
+    suite: str | None = None
     first_sensed: tuple[str, ...] = ()
     steps: list[StepRecord] = field(default_factory=list)
     outcome: Outcome | None = None

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from beacon_mj.errors import LogError
+from beacon_mj.files import replacing
 
 ROOT = Path(__file__).parent / "layout_files"
 VIEWERS = ("foxglove", "lichtblick")
@@ -19,11 +20,11 @@ def write_layouts(folder: Path) -> list[Path]:
         path = folder / f"beacon-mj.{viewer}.json"
         layout = (ROOT / f"{viewer}.json").read_bytes()
         try:
-            folder.mkdir(parents=True, exist_ok=True)
             if path.exists() and path.read_bytes() != layout:
                 raise LogError(f"{path}: expected no file but one is there; it stays.")
-            path.write_bytes(layout)
         except OSError as error:
-            raise LogError(f"{path}: cannot write: {error.strerror}.") from error
+            raise LogError(f"{path}: cannot read: {error.strerror}.") from error
+        with replacing(path, LogError) as part:
+            part.write_bytes(layout)
         out.append(path)
     return out

@@ -33,12 +33,14 @@ def log_versions() -> dict[str, str]:
 def config(trace: Trace, planner_config: Any, seed: int) -> dict[str, str]:
     """Return what is needed to repeat an episode, as metadata."""
     scene = trace.scene
-    return {
+    told = {"oracle": "true"} if trace.oracle else {}
+    return told | {
         "schema": str(SCHEMA),
         "planner": trace.planner,
         "planner_config": to_json(planner_config),
         "planner_seed": str(seed),
         "protocol": to_json(trace.protocol),
+        "suite": trace.suite or "",
         "family": scene.family,
         "index": str(scene.index),
         "scene_seed": str(scene.seed),

@@ -80,8 +80,10 @@ class _Rebuild:
             planner=log.planner,
             scene=log.scene,
             protocol=log.protocol,
+            oracle=log.config.get("oracle") == "true",
             start_m=_planar(start[1].position_m),
             left=log.left,
+            suite=log.config.get("suite") or None,
             first_sensed=tuple(start[1].newly_sensed),
         )
         trace.steps = [

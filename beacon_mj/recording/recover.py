@@ -1,5 +1,6 @@
 """A clean log from one that broke off."""
 
+import os
 from pathlib import Path
 
 from mcap.records import (
@@ -13,6 +14,7 @@ from mcap.records import (
 from mcap.writer import Writer
 
 from beacon_mj.errors import LogError
+from beacon_mj.files import replacing
 from beacon_mj.recording.container import Container
 from beacon_mj.recording.reader import read_log
 
@@ -24,7 +26,7 @@ def recover(part: str | Path, out: str | Path) -> int:
 
     Args:
         part: The log that broke off; it is left as it is.
-        out: The file to write, which must not exist.
+        out: The file to write, which must not exist; written whole or not at all.
 
     Returns:
         The number of whole control steps recovered.
@@ -34,11 +36,10 @@ def recover(part: str | Path, out: str | Path) -> int:
     """
     part, out = Path(part), Path(out)
     steps = read_log(part).steps
-    try:
-        with out.open("xb") as file:
-            _copy(Container(part), Writer(file, enable_data_crcs=True))
-    except OSError as error:
-        raise LogError(f"{out}: cannot write: {error.strerror}") from error
+    if os.path.lexists(out):
+        raise LogError(f"{out}: cannot write: File exists")
+    with replacing(out, LogError) as whole, whole.open("xb") as file:
+        _copy(Container(part), Writer(file, enable_data_crcs=True))
     return steps
 
 

@@ -162,8 +162,9 @@ def _repeat(log: Log, trace: Trace, again: Path, row: RowOf | None) -> Trace:
         name=trace.planner,
         protocol=trace.protocol,
         seed=int(seed),
-        listeners=[_AdoptEnd(trace), recorder],
+        listeners=[_Adopt(trace), recorder],
         left=trace.left,
+        suite=trace.suite,
     )
 
 
@@ -195,14 +196,15 @@ class _Script(Planner):
         raise EOFError("the log has no further command")
 
 
-class _AdoptEnd:
-    """Takes an outcome that cannot be repeated from the log."""
+class _Adopt:
+    """Takes from the log what its commands cannot repeat: who gave them, and an end."""
 
     def __init__(self, logged: Trace) -> None:
         self._logged = logged
 
     def begin(self, trace: Trace, world: World, observation: Observation) -> None:
-        """Do nothing."""
+        """Adopt whether the planner was told the truth, which the script is not."""
+        trace.oracle = self._logged.oracle
 
     def step(self, record: StepRecord, world: World, observation: Observation) -> None:
         """Do nothing."""

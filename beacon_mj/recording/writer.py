@@ -8,6 +8,7 @@ once more in chunks that grow with the file, each with the index by which viewer
 import os
 import struct
 import zlib
+from contextlib import suppress
 from pathlib import Path
 
 import zstandard
@@ -23,6 +24,8 @@ from mcap.records import (
     Schema,
 )
 
+from beacon_mj.errors import LogError
+from beacon_mj.files import replacing
 from beacon_mj.recording.container import MAGIC
 from beacon_mj.recording.finalize import WholeFile, record_bytes
 
@@ -133,17 +136,14 @@ class LogWriter:
         whole.put(last)
         whole.end(self._defined)
         self.close()
-        packed = self._path.with_name(f"{self._path.name}.packed")
-        try:
+        with replacing(self._part, LogError) as packed:
             packed.write_bytes(whole.data)
-            os.replace(packed, self._part)
-        finally:
-            packed.unlink(missing_ok=True)
         os.replace(self._part, self._path)
 
     def close(self) -> None:
         """Close the unfinished file and leave it."""
-        self._file.close()
+        with suppress(OSError):  # A full disk: what is whole can be recovered.
+            self._file.close()
 
     def _close_chunk(self) -> None:
         """Pack the open chunk, if there is anything in it."""

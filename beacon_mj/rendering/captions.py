@@ -1,12 +1,20 @@
 """A step of a trace in words: what the planner decided and what happened."""
 
 from beacon_mj.episode.trace import StepRecord, Trace
+from beacon_mj.errors import printable
 
 EVENT_S = 1.0  #: How long an event is told [s].
 
 
 def describe(trace: Trace, step: int) -> list[str]:
-    """Return the lines about one step: title, decision, costs and force, events."""
+    """Return the lines about one step: title, decision, costs and force, events.
+
+    They can be shown anywhere: what cannot be printed is escaped.
+    """
+    return [printable(line) for line in _lines(trace, step)]
+
+
+def _lines(trace: Trace, step: int) -> list[str]:
     record = trace.steps[step - 1] if step else None
     time_s = 0.0 if record is None else record.outcome.time_s
     title = f"{trace.scene.name}   {trace.planner}   t = {time_s:.1f} s"

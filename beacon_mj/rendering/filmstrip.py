@@ -6,9 +6,9 @@ import numpy as np
 from PIL import Image as Pillow
 
 from beacon_mj.episode.trace import Trace
+from beacon_mj.files import replacing
 from beacon_mj.recording.reader import Log, log_of
 from beacon_mj.rendering.captions import events
-from beacon_mj.rendering.files import replacing
 from beacon_mj.rendering.overlay import captioned
 from beacon_mj.rendering.playback import Playback
 

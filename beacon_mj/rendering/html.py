@@ -7,6 +7,7 @@ own client goes into the file with that recording: no server and no network.
 import socket
 from collections.abc import Iterator
 from contextlib import contextmanager, redirect_stdout
+from html import escape
 from io import StringIO
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,8 @@ import numpy as np
 import viser
 from mjviser.conversions import merge_geoms, merge_sites
 
+from beacon_mj.errors import printable
+from beacon_mj.files import replacing
 from beacon_mj.geometry import Array
 from beacon_mj.recording.encoding import split_path
 from beacon_mj.recording.reader import Log, log_of
@@ -23,7 +26,6 @@ from beacon_mj.recording.rebuild import rebuild_trace
 from beacon_mj.rendering.annotations import ARROW_M_PER_N, ARROW_MIN_N, shown_kind
 from beacon_mj.rendering.captions import describe
 from beacon_mj.rendering.colors import Paint
-from beacon_mj.rendering.files import replacing
 from beacon_mj.scene import Obstacle
 from beacon_mj.scene_gen.mjcf import scene_mjcf
 
@@ -31,6 +33,14 @@ HOLD_S = 1.5  #: How long the end stays before the replay starts again [s].
 PIECE_M = 0.05  #: Length of a piece of the way travelled [m].
 LIFT_M = 0.02  #: Height of lines above the floor [m].
 ARROW_Z_M = 0.7  #: Height of force arrows, where nothing hides them [m].
+#: What the page may do: run the viewer in it, whose labels need `eval`, and load
+#: nothing from anywhere.
+POLICY = (
+    "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval' blob:; "
+    "style-src 'unsafe-inline'; img-src data: blob:; font-src data:; "
+    "worker-src blob:; connect-src data: blob:; base-uri 'none'; form-action 'none'"
+)
+POLICY_TAG = f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">'
 WAY_RGB, PATH_RGB, ARROW_RGB = (40, 46, 70), (26, 115, 217), (217, 26, 26)
 
 
@@ -89,8 +99,9 @@ class _Page:
             recording.insert_sleep(pause)
             self._show(step)
         recording.insert_sleep(HOLD_S)
-        title = f"<title>{self._log.scene.name}, {self._log.planner}</title>"
-        return str(recording.as_html()).replace("<head>", f"<head>{title}", 1)
+        title = escape(printable(f"{self._log.scene.name}, {self._log.planner}"))
+        head = f"<head>{POLICY_TAG}<title>{title}</title>"
+        return str(recording.as_html()).replace("<head>", head, 1)
 
     def _build(self) -> None:
         """Add everything that is there from start to end."""

@@ -14,12 +14,12 @@ import numpy as np
 
 from beacon_mj.constants import CLASSES, CONTACT_N
 from beacon_mj.episode.trace import Trace
-from beacon_mj.errors import LogError
+from beacon_mj.errors import LogError, printable
+from beacon_mj.files import replacing
 from beacon_mj.geometry import Array
 from beacon_mj.recording.reader import Log, log_of
 from beacon_mj.recording.rebuild import rebuild_trace
 from beacon_mj.rendering.annotations import shown_kind
-from beacon_mj.rendering.files import replacing
 from beacon_mj.scene import Obstacle, shapes
 from beacon_mj.scene_gen.mjcf import scene_mjcf
 from beacon_mj.world.outcome import ROBOT
@@ -123,14 +123,14 @@ def _obstacles(log: Log, trace: Trace) -> Iterator[str]:
         yield (
             f'<polygon points="{after}" fill="{colour}" fill-opacity="0.85" '
             f'stroke="{edge}" stroke-width="{thickness}">'
-            f"<title>{obstacle.id}: {obstacle.interaction}, "
+            f"<title>{_text(obstacle.id)}: {obstacle.interaction}, "
             f"{obstacle.mass_kg:.2f} kg</title></polygon>"
         )
         if (kind := shown_kind(obstacle)) is not None:
             x, y = obstacle.x_m + 0.2, obstacle.y_m
             yield (
                 f'<text x="{x:.2f}" y="{-y:.2f}" transform="scale(1,-1)" '
-                f'fill="#14213d">{kind}</text>'
+                f'fill="#14213d">{_text(kind)}</text>'
             )
 
 
@@ -172,7 +172,7 @@ def _legend(log: Log, trace: Trace) -> Iterator[str]:
     west, south, _, north = log.scene.workspace_m
     outcome = trace.outcome or "unfinished"
     title = f"{log.scene.name}, {log.planner}: {outcome}, {len(trace.steps)} steps"
-    yield f'<text x="{west}" y="{-north - 0.09}">{escape(title)}</text>'
+    yield f'<text x="{west}" y="{-north - 0.09}">{_text(title)}</text>'
     y = -south + MARGIN_M + 0.05
     x = west
     for colour, text in _legend_entries(log):
@@ -197,6 +197,11 @@ def _legend_entries(log: Log) -> Iterator[tuple[str, str]]:
     yield MARKS["not_moved"], "push: not moved"
     yield MARKS["broken"], "broken"
     yield "#d32f2f", "contact"
+
+
+def _text(text: str) -> str:
+    """Return a text as XML can hold it."""
+    return escape(printable(text))
 
 
 def _points(points: Iterable[Array]) -> str:

@@ -6,7 +6,7 @@ import mujoco
 import mujoco.viewer
 from PIL import Image as Pillow
 
-from beacon_mj.rendering.files import replacing
+from beacon_mj.files import replacing
 from beacon_mj.rendering.gl import Canvas, camera_over, check_display
 from beacon_mj.scene import Scene
 from beacon_mj.scene_gen.mjcf import scene_mjcf

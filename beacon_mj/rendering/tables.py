@@ -10,9 +10,30 @@ from rich.console import Console, ConsoleOptions, RenderableType, RenderResult
 from rich.table import Table
 from rich.text import Text
 
+from beacon_mj.errors import printable
+
 T = TypeVar("T")
 WIDTH = 80  #: Width of plain text, and of the tables themselves, in characters.
 _HTML = '<pre style="line-height:1.2;font-family:monospace">{code}</pre>'
+
+
+def plain(text: str) -> Text:
+    """Return a text that is shown as it is: no markup, no emoji, nothing hidden."""
+    return Text(printable(text))
+
+
+class PlainTable(Table):
+    """A table whose texts are shown as they are; see `plain`."""
+
+    def add_column(
+        self, header: RenderableType = "", *args: Any, **options: Any
+    ) -> None:
+        """Add a column; see rich's `Table`."""
+        super().add_column(_shown(header), *args, **options)
+
+    def add_row(self, *cells: RenderableType | None, **options: Any) -> None:
+        """Add a line; see rich's `Table`."""
+        super().add_row(*(_shown(cell) for cell in cells), **options)
 
 
 class Tabular(ABC):
@@ -74,7 +95,7 @@ def write(console: Console, result: Tabular) -> None:
     """Write a result to a console; a line of text, such as a path, is never cut."""
     for part in result.tables():
         if isinstance(part, str):
-            console.print(Text(part), soft_wrap=True)
+            console.print(plain(part), soft_wrap=True)
         else:
             console.print(part)
 
@@ -86,8 +107,8 @@ def plain_table(title: str = "", **options: Any) -> Table:
         title: What stands above it, as it is.
         options: Further ones of rich's `Table`.
     """
-    return Table(
-        title=Text(title) if title else None,
+    return PlainTable(
+        title=plain(title) if title else None,
         title_justify="left",
         title_style="bold",
         box=SIMPLE_HEAD,
@@ -98,10 +119,14 @@ def plain_table(title: str = "", **options: Any) -> Table:
 
 
 def add_line(table: Table, *cells: str) -> None:
-    """Add a line to a table; brackets in a cell are no markup."""
-    table.add_row(*(Text(cell) for cell in cells))
+    """Add a line of texts to a table."""
+    table.add_row(*cells)
 
 
 def _renderables(parts: Sequence[Table | str]) -> Iterator[RenderableType]:
     for part in parts:
-        yield Text(part) if isinstance(part, str) else part
+        yield plain(part) if isinstance(part, str) else part
+
+
+def _shown(cell: Any) -> Any:
+    return plain(cell) if isinstance(cell, str) else cell

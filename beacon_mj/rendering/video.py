@@ -5,9 +5,9 @@ from pathlib import Path
 
 import av
 
+from beacon_mj.files import replacing
 from beacon_mj.recording.reader import Log, log_of
 from beacon_mj.rendering.captions import describe
-from beacon_mj.rendering.files import replacing
 from beacon_mj.rendering.gl import Image
 from beacon_mj.rendering.overlay import BAND_PIXELS, annotate
 from beacon_mj.rendering.playback import Playback
@@ -43,7 +43,8 @@ def render_video(
         Playback(log, width, height - BAND_PIXELS) as playback,
         replacing(Path(out)) as part,
     ):
-        with av.open(str(part), "w", format="mp4") as container:
+        # As a file: FFmpeg takes no path that is not UTF-8.
+        with part.open("wb") as file, av.open(file, "w", format="mp4") as container:
             stream = container.add_stream("libx264", rate=rate)
             stream.width, stream.height, stream.pix_fmt = width, height, "yuv420p"
             stream.options = {"crf": "20", "preset": "veryfast"}

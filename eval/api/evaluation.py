@@ -1,7 +1,6 @@
 """Running planners through scenes, and putting the parts of a run together."""
 
-import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from beacon_mj.episode.protocol import Protocol
@@ -11,16 +10,19 @@ from beacon_mj.eval.runs.evaluation import EvaluationOptions, prepare
 from beacon_mj.eval.runs.lineup import PlannerChoice
 from beacon_mj.eval.runs.progress import Progress, quiet
 from beacon_mj.eval.runs.variants import Values, VaryValues
+from beacon_mj.eval.runs.worker_process import usable_cores
 from beacon_mj.eval.statistics.results import Results, load_results
 from beacon_mj.eval.statistics.summary import summarize
 from beacon_mj.eval.studies.merge import merge as merge_shards
 from beacon_mj.scene import Profile
+from beacon_mj.scene_gen.suites import suites_of
 
 
 def evaluate(
     planners: Sequence[PlannerChoice] | Mapping[str, PlannerChoice] = (),
     *,
     families: Sequence[str] = (),
+    suite: str | Sequence[str] = (),
     scenes_per_family: int | None = None,
     seed: int = 0,
     perception: Profile | None = None,
@@ -38,6 +40,7 @@ def evaluate(
     resume: bool = False,
     trust_code: bool = False,
     progress: Progress = quiet,
+    tell: Callable[[str], None] = lambda _: None,
 ) -> Results:
     """Run planners through scenes: every planner crosses every scene.
 
@@ -50,7 +53,10 @@ def evaluate(
             pair `(planner, values)` configures one, with an instance of its `Config`
             or a mapping of fields; a mapping gives planners names.
         families: Names of scene families; those of suite `paper-v1` by default.
-        scenes_per_family: Default 100, or all that are stored in `scene_dir`.
+        suite: Suites, one or several, in place of `families`: `paper-v1`,
+            `learning-v1`, `hard-v1`, one that your own families name, or `all`.
+        scenes_per_family: Default 100, or the whole rounds of latent worlds nearest to
+            it; of `scene_dir` all.
         seed: Seed of scenes, perception and planners, >= 0.
         perception: What planners are told about class and material: `truth`, `noisy`
             or `misleading`. Default: `noisy`, or what stored scenes say.
@@ -66,7 +72,7 @@ def evaluate(
         templates: Folder of your own family templates.
         out: Run folder, new or empty; by default a new one below `runs/`, as for the
             command. `results.folder` says which.
-        workers: Processes; by default one per core.
+        workers: Processes; by default one per usable core.
         cluster: Address of a dask scheduler whose workers run the episodes instead.
         shard: `I/N`: only part I of N of the scenes; see `merge`.
         isolate: Whether planners run in processes of their own, where nothing that they
@@ -77,6 +83,7 @@ def evaluate(
             names, when going on without naming planners. They may be a stranger's.
         progress: Shows what is done, such as `beacon_mj.show_progress`; by default
             nothing is shown.
+        tell: Told before the start of rounds that `scenes_per_family` cuts.
 
     Returns:
         Rows, tables, and the folder. A planner that fails costs its own episode, and
@@ -92,6 +99,7 @@ def evaluate(
         settings=settings,
         vary=vary,
         families=families,
+        suites=suites_of(suite),
         scenes_per_family=scenes_per_family,
         seed=seed,
         perception=perception,
@@ -105,7 +113,9 @@ def evaluate(
     folder = None if out is None else Path(out)
     run = prepare(options, folder, resume=resume, trust_code=trust_code)
     try:
-        run.run(cluster or workers or os.cpu_count() or 1, progress)
+        for note in run.notes():
+            tell(note)
+        run.run(cluster or workers or usable_cores(), progress)
         run.folder.finish(run.config, run.rows, summarize(run.rows))
     finally:
         run.folder.close()  # A traceback may keep it, in a notebook.

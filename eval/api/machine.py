@@ -11,6 +11,7 @@ from rich.table import Table
 
 from beacon_mj.eval.runs.scene_cache import cache_folder
 from beacon_mj.eval.runs.versions import versions
+from beacon_mj.eval.runs.worker_process import usable_cores
 from beacon_mj.rendering.tables import Tabular
 
 LIBRARIES = {
@@ -38,7 +39,7 @@ class Diagnosis(Tabular):
 
     Attributes:
         versions: Of everything that may change a number, by name.
-        cores: Number of processors.
+        cores: Processors that this process may use.
         cache: Folder of the cache of scenes, or `off`.
         backends: MuJoCo's GL backends that can draw here.
         missing: What should be installed.
@@ -80,7 +81,7 @@ def doctor() -> Diagnosis:
         missing += [_absent(*LIBRARIES[backend]) for backend in LIBRARIES]
     return Diagnosis(
         versions=found,
-        cores=os.cpu_count() or 1,
+        cores=usable_cores(),
         cache=str(cache_folder() or "off"),
         backends=working,
         missing=tuple(missing),

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from beacon_mj.errors import RunError
 from beacon_mj.eval.statistics.results import Source, results_of
-from beacon_mj.rendering.files import replacing
+from beacon_mj.files import replacing
 
 
 def write_report(

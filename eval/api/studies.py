@@ -1,20 +1,21 @@
 """Studies of many runs: certification, regret, ablations, sweeps."""
 
 import contextlib
-import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 import msgspec
 
 from beacon_mj.errors import RunError
 from beacon_mj.eval.metrics.row import Row
+from beacon_mj.eval.runs.config import RunConfig, cut_rounds
 from beacon_mj.eval.runs.experiment import single_planner
 from beacon_mj.eval.runs.lineup import PlannerChoice
 from beacon_mj.eval.runs.presets import with_preset
 from beacon_mj.eval.runs.progress import Progress, quiet
 from beacon_mj.eval.runs.run_folder import free_name
 from beacon_mj.eval.runs.variants import Values, VaryValues, texts_of, vary_texts
+from beacon_mj.eval.runs.worker_process import usable_cores
 from beacon_mj.eval.studies.ablation import ablation_runs, run_ablation
 from beacon_mj.eval.studies.ablation_table import Ablation
 from beacon_mj.eval.studies.certify import certification, certify_scenes
@@ -25,7 +26,9 @@ from beacon_mj.eval.studies.regret_table import Regret
 from beacon_mj.eval.studies.sweep import FIRST_SEED, SweepRequest
 from beacon_mj.eval.studies.sweep_run import REQUEST, run_sweep
 from beacon_mj.eval.studies.sweep_table import Sweep
+from beacon_mj.files import replacing
 from beacon_mj.scene import Profile
+from beacon_mj.scene_gen.suites import suites_of
 
 
 def certify(
@@ -43,7 +46,7 @@ def certify(
     Args:
         scene_dir: Folder of scenes (*.json), such as `generate_scenes` writes.
         settings: Values by `clairvoyant.field` or `protocol.field`; see `evaluate`.
-        workers: Processes; by default one per core.
+        workers: Processes; by default one per usable core.
         progress: Shows what is done; see `evaluate`.
 
     Raises:
@@ -65,12 +68,14 @@ def regret(
     settings: Values = (),
     protocol: str | None = None,
     families: Sequence[str] = (),
-    scenes_per_family: int = 100,
+    suite: str | Sequence[str] = (),
+    scenes_per_family: int | None = None,
     seed: int = 0,
     perception: Profile = "noisy",
     templates: str | Path | None = None,
     workers: int | None = None,
     progress: Progress = quiet,
+    tell: Callable[[str], None] = lambda _: None,
 ) -> Regret:
     """Compare a planner with the clairvoyant; say what the difference is paid for.
 
@@ -81,12 +86,14 @@ def regret(
         settings: Values by `planner.field` or `protocol.field`; see `evaluate`.
         protocol: Preset of the protocol; `settings` change it. See `evaluate`.
         families: Scene families; those of suite `paper-v1` by default.
-        scenes_per_family: How many.
+        suite: Suites, in place of `families`; see `evaluate`.
+        scenes_per_family: Default 100, or the whole rounds nearest to it.
         seed: Seed of scenes, perception and planners.
         perception: Profile of the uncertain classes.
         templates: Folder of your own family templates.
-        workers: Processes; by default one per core.
+        workers: Processes; by default one per usable core.
         progress: Shows what is done; see `evaluate`.
+        tell: Told before the start of rounds that are cut; see `evaluate`.
 
     Raises:
         BeaconError: If an option is no good, or the planner is the clairvoyant.
@@ -95,8 +102,9 @@ def regret(
     single = single_planner(planner, settings)
     runs, refs = regret_runs(
         planner, settings, families, scenes_per_family, seed, perception,
-        None if templates is None else Path(templates),
+        None if templates is None else Path(templates), suites_of(suite),
     )  # fmt: skip
+    notes = _told(runs, tell)
     rows = list[tuple[str, Row]]()
     with progress("", len(runs) * len(refs)) as update:
         update(())
@@ -104,7 +112,8 @@ def regret(
         for name, row in run_regret(runs, refs, count, single.handed):
             rows.append((name, row))
             update([row])
-    return Regret(single.entry.name, decompose(rows))
+    entry = single.entry
+    return Regret(entry.name, decompose(rows), notes, oracle=entry.oracle)
 
 
 def ablate(
@@ -113,12 +122,14 @@ def ablate(
     settings: Values = (),
     protocol: str | None = None,
     families: Sequence[str] = (),
-    scenes_per_family: int = 100,
+    suite: str | Sequence[str] = (),
+    scenes_per_family: int | None = None,
     seed: int = 0,
     templates: str | Path | None = None,
     workers: int | None = None,
     out: str | Path | None = None,
     progress: Progress = quiet,
+    tell: Callable[[str], None] = lambda _: None,
 ) -> Ablation:
     """Switch off a planner's parts one at a time, and change what it perceives.
 
@@ -130,13 +141,15 @@ def ablate(
         settings: Values by `planner.field` or `protocol.field`; see `evaluate`.
         protocol: Preset of the protocol; `settings` change it. See `evaluate`.
         families: Scene families; those of suite `paper-v1` by default.
-        scenes_per_family: How many.
+        suite: Suites, in place of `families`; see `evaluate`.
+        scenes_per_family: Default 100, or the whole rounds nearest to it.
         seed: Seed of scenes, perception and planners.
         templates: Folder of your own family templates.
-        workers: Processes; by default one per core.
+        workers: Processes; by default one per usable core.
         out: Folder; by default a new one below `runs/`. A folder of the same options is
             gone on with.
         progress: Shows what is done; see `evaluate`.
+        tell: Told before the start of rounds that are cut; see `evaluate`.
 
     Raises:
         BeaconError: If an option is no good, or several planners are named.
@@ -150,8 +163,9 @@ def ablate(
         )
     runs, refs = ablation_runs(
         planner, settings, families, scenes_per_family, seed,
-        None if templates is None else Path(templates),
+        None if templates is None else Path(templates), suites_of(suite),
     )  # fmt: skip
+    notes = _told(runs, tell)
     name = single.entry.name
     folder = free_name(f"ablation-{name}") if out is None else Path(out)
     handed = {
@@ -159,12 +173,15 @@ def ablate(
         for entry in next(iter(runs.values())).planners
         if single.handed
     }
-    count = workers or os.cpu_count() or 1
+    count = workers or usable_cores()
     with _kept(folder):
-        effects = run_ablation(runs, refs, folder, count, progress, handed)
-    text = msgspec.json.format(msgspec.json.encode(effects)).decode()
-    (folder / "ablation.json").write_text(text + "\n", encoding="utf-8")
-    return Ablation(name, effects, folder)
+        effects, ladder = run_ablation(runs, refs, folder, count, progress, handed)
+    for file, found in (("ablation.json", effects), ("ladder.json", ladder)):
+        text = msgspec.json.format(msgspec.json.encode(found)) + b"\n"
+        with replacing(folder / file, RunError) as part:
+            part.write_bytes(text)
+    oracle = single.entry.oracle
+    return Ablation(name, effects, ladder, folder, notes, oracle=oracle)
 
 
 def sweep(
@@ -176,7 +193,8 @@ def sweep(
     grid: Grid = "one-at-a-time",
     trials: int = 0,
     families: Sequence[str] = (),
-    scenes_per_family: int = 10,
+    suite: str | Sequence[str] = (),
+    scenes_per_family: int | None = None,
     select_seed: int = FIRST_SEED,
     seed: int = 0,
     perception: Profile = "noisy",
@@ -184,6 +202,7 @@ def sweep(
     out: str | Path | None = None,
     resume: bool = False,
     progress: Progress = quiet,
+    tell: Callable[[str], None] = lambda _: None,
 ) -> Sweep:
     """Sweep a planner's parameters: select on one split, report on another.
 
@@ -200,14 +219,17 @@ def sweep(
         trials: Configurations that optuna tries beyond the grid.
         protocol: Preset of the protocol; `settings` change it. See `evaluate`.
         families: Scene families; those of suite `paper-v1` by default.
-        scenes_per_family: Scenes of each split.
+        suite: Suites, in place of `families`; see `evaluate`.
+        scenes_per_family: Scenes of each split; default 10, or the whole rounds nearest
+            to it.
         select_seed: Seed of the scenes that select, >= 1000.
         seed: Seed of the scenes that the report is on.
         perception: Profile.
-        workers: Processes; by default one per core.
+        workers: Processes; by default one per usable core.
         out: Folder; by default a new one below `runs/`.
         resume: Go on with the sweep in `out`, with the same options.
         progress: Shows what is done; see `evaluate`.
+        tell: Told before the start of rounds that are cut; see `evaluate`.
 
     Raises:
         BeaconError: If an option is no good, or the folder is another sweep's.
@@ -218,6 +240,7 @@ def sweep(
         vary=tuple(vary_texts(vary)),
         grid=grid,
         families=tuple(families),
+        suites=suites_of(suite),
         scenes_per_family=scenes_per_family,
         select_seed=select_seed,
         seed=seed,
@@ -231,9 +254,19 @@ def sweep(
         raise RunError(f"{path}: holds a sweep. Use --resume, or another --out.")
     folder = path or free_name(f"sweep-{planner.rpartition(':')[2]}")
     with _kept(folder):
-        count = workers or os.cpu_count() or 1
-        result = run_sweep(request, folder, count, progress)
+        count = workers or usable_cores()
+        result = run_sweep(request, folder, count, progress, tell)
     return Sweep(result, folder)
+
+
+def _told(
+    runs: Mapping[str, RunConfig], tell: Callable[[str], None]
+) -> tuple[str, ...]:
+    """Tell of the rounds that the runs of a study cut, and return the lines."""
+    lines = dict.fromkeys(n for run in runs.values() for n in cut_rounds(run.scenes))
+    for line in lines:
+        tell(line)
+    return tuple(lines)
 
 
 @contextlib.contextmanager
@@ -251,4 +284,4 @@ def _kept(folder: Path) -> Iterator[None]:
 
 
 def _count(workers: int | None, jobs: int) -> int:
-    return min(workers or os.cpu_count() or 1, jobs)
+    return min(workers or usable_cores(), jobs)

@@ -1,6 +1,5 @@
 """Verifying a log, or every log of a run."""
 
-import os
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -16,12 +15,14 @@ from beacon_mj.eval.runs.verify import (
     verify_log,
     verify_logs,
 )
+from beacon_mj.eval.runs.worker_process import usable_cores
 from beacon_mj.eval.statistics.results import Results
 from beacon_mj.eval.verification.bundle import write_bundle
 from beacon_mj.eval.verification.checks import Check
 from beacon_mj.eval.verification.fresh import FreshResult
 from beacon_mj.eval.verification.run import Asked, check_run
 from beacon_mj.eval.verification.unpack import is_bundle, relocated, unpack
+from beacon_mj.files import files_below
 from beacon_mj.recording.verify import Verification
 
 
@@ -104,7 +105,7 @@ def verify(
 
     Args:
         target: A log, a folder with logs below it, a run folder, a bundle, or results.
-        workers: Processes; by default one per core.
+        workers: Processes; by default one per usable core.
         rerun: Run the planners again too, and compare their commands.
         fresh_seed: Also run them on unseen scenes of this seed.
         scenes_per_family: How many of those; by default as many as the run has.
@@ -119,7 +120,7 @@ def verify(
     if not path.exists():
         raise LogError(f"{path}: cannot read the log: no such file or folder.")
     asked = Asked(
-        workers=workers or os.cpu_count() or 1,
+        workers=workers or usable_cores(),
         rerun=rerun,
         fresh_seed=fresh_seed,
         scenes_per_family=scenes_per_family,
@@ -198,7 +199,7 @@ def _verified_folder(
     found: list[Verified] = []
 
     def verified() -> Sequence[Verification]:
-        logs = sorted(path.rglob("*.mcap"))
+        logs = files_below(path, ".mcap")
         found.append(_verified_logs(path, logs, asked.workers, on_log))
         return found[0].logs
 
@@ -243,7 +244,7 @@ def _remarks(folder: Path, paths: list[Path]) -> Iterator[str]:
         yield f"rows compared with {' and '.join(tables_of(run))} in {run}{lacking}"
     if not runs:
         yield "rows compared with no table: these logs lie in no run folder"
-    if parts := sum(1 for _ in folder.rglob("*.mcap.part")):
+    if parts := len(files_below(folder, ".mcap.part")):
         yield f"{parts} unfinished logs (*.mcap.part) were left out"
 
 

@@ -39,6 +39,8 @@ def measure(trace: Trace) -> Row:
     tried = belief_metrics.pushed(trace, known)
     return Row(
         planner=trace.planner,
+        oracle=trace.oracle,
+        suite=trace.suite,
         family=scene.family,
         scene_index=scene.index,
         mission=None if scene.mission is UNSET else scene.mission,

@@ -19,6 +19,8 @@ class Row(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True)
     """The metrics of one episode; lengths in [m], forces in [N], energies in [J]."""
 
     planner: str
+    oracle: bool = False
+    suite: str | None = None
     family: str
     scene_index: int
     mission: int | None = None

@@ -3,6 +3,7 @@
 import shlex
 
 from beacon_mj.episode.protocol import Protocol
+from beacon_mj.errors import printable
 from beacon_mj.eval.runs.config import PlannerEntry, RunConfig
 from beacon_mj.eval.runs.variants import text_of
 from beacon_mj.planners.registry import PAPER
@@ -39,7 +40,7 @@ def command_of(config: RunConfig) -> str:
     ):
         if value is not None:
             words += [option, str(value)]
-    return shlex.join(words)
+    return printable(shlex.join(words))
 
 
 def _settings(entry: PlannerEntry) -> list[str]:

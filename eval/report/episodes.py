@@ -9,6 +9,7 @@ from typing import NamedTuple
 from beacon_mj import rendering
 from beacon_mj.errors import BeaconError
 from beacon_mj.eval.metrics.row import Row
+from beacon_mj.eval.runs.log_files import log_file
 
 
 class Panel(NamedTuple):
@@ -29,7 +30,7 @@ class Pick(NamedTuple):
 
 def log_of(run: Path, row: Row) -> Path:
     """Return where the log of an episode is, if there is one."""
-    return run / "logs" / row.planner / f"{row.scene_name}.mcap"
+    return log_file(run, row.planner, row.scene_name)
 
 
 def picks(run: Path, rows: Sequence[Row]) -> list[Pick]:

@@ -13,7 +13,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from beacon_mj.errors import printable
 from beacon_mj.eval.metrics.row import Row
+from beacon_mj.eval.statistics.oracles import marked, oracles, oracles_of
 from beacon_mj.eval.statistics.summary import OVERALL
 from beacon_mj.eval.studies.calibration import Reliability
 
@@ -29,6 +31,7 @@ _STYLES = (
     ("#000000", "X"),
     ("#8C5A2B", "*"),
     ("#777777", "<"),
+    ("#8B7500", ">"),
 )
 _DASHES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 3)))
 #: Planners that keep their colour from report to report.
@@ -42,6 +45,7 @@ _KNOWN = (
     "push-through",
     "impact",
     "clairvoyant",
+    "beacon-kinds",
 )
 #: What the Pareto plots set against success: column, axis.
 PARETO = (
@@ -60,6 +64,7 @@ def pareto(summary: dict[str, Any], column: str, label: str) -> str:
         label: Of its axis.
     """
     cells = {name: own[OVERALL] for name, own in summary["tables"].items()}
+    told = oracles_of(summary)
     points = {
         name: (c["mean"][column]["mean"], 100.0 * c["success"]["rate"])
         for name, c in cells.items()
@@ -76,7 +81,7 @@ def pareto(summary: dict[str, Any], column: str, label: str) -> str:
         up = [[y - 100.0 * won["low"]], [100.0 * won["high"] - y]]
         axes.errorbar(
             [x], [y], xerr=across, yerr=up, fmt=marker, color=colour, ms=7, lw=1,
-            label=name, mec="white", mew=0.5,
+            label=_label(name, told), mec="white", mew=0.5,
         )  # fmt: skip
     axes.set_ylim(-4, 104)
     legend(figure, axes)
@@ -110,14 +115,14 @@ def peak_forces(rows: Sequence[Row]) -> str:
     figure, axes = panel(
         "force F [N] (largest 10 ms mean of a contact)", "episodes above F [%]"
     )
-    names = [*dict.fromkeys(row.planner for row in rows)]
+    names, told = [*dict.fromkeys(row.planner for row in rows)], oracles(rows)
     for k, name in enumerate(names):
         own = np.sort([r.filtered_peak_force_n for r in rows if r.planner == name])
         above = 100.0 * (1.0 - np.arange(1, len(own) + 1) / len(own))
         colour, _ = style(name, names)
         axes.step(
             [0.0, *own], [100.0, *above], where="post", color=colour, lw=1.6,
-            ls=_DASHES[k % len(_DASHES)], label=name,
+            ls=_DASHES[k % len(_DASHES)], label=_label(name, told),
         )  # fmt: skip
     axes.set_xscale("symlog", linthresh=1.0)
     axes.set_xlim(left=0.0)
@@ -126,12 +131,15 @@ def peak_forces(rows: Sequence[Row]) -> str:
     return svg(figure)
 
 
-def learning_curves(missions: dict[str, dict[str, Any]], family: str) -> str:
+def learning_curves(
+    missions: dict[str, dict[str, Any]], family: str, told: Sequence[str] = ()
+) -> str:
     """Return the mean steps of each day of a family's missions, a curve a planner.
 
     Args:
         missions: Entry `missions` of a summary.
         family: Which family.
+        told: The planners that are oracles.
     """
     figure, axes = panel("day of the mission", "mean steps, 95 % interval")
     names = [name for name, own in missions.items() if family in own]
@@ -147,7 +155,7 @@ def learning_curves(missions: dict[str, dict[str, Any]], family: str) -> str:
         ]
         axes.errorbar(
             x, y, yerr=ends, color=colour, marker=marker, ms=5, lw=1.2,
-            ls=_DASHES[k % len(_DASHES)], label=name,
+            ls=_DASHES[k % len(_DASHES)], label=_label(name, told),
         )  # fmt: skip
     axes.set_xticks(range(1, 1 + max(missions[n][family]["days"] for n in names)))
     axes.set_ylim(bottom=0.0)
@@ -169,6 +177,15 @@ def style(name: str, names: Sequence[str]) -> tuple[str, str]:
     strangers = [other for other in names if other not in _KNOWN]
     place = strangers.index(name)
     return _STYLES[free[place % len(free)] if free else place % len(_STYLES)]
+
+
+def _label(planner: str, told: Sequence[str]) -> str:
+    """Return a planner's name in a legend, where `$` would begin a formula.
+
+    A label that begins with an underscore would be left out.
+    """
+    name = marked(printable(planner), planner in told).replace("$", r"\$")
+    return f" {name}" if name.startswith("_") else name
 
 
 def panel(x: str, y: str) -> tuple[Figure, Axes]:

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import msgspec
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from beacon_mj.errors import RunError, unknown
+from beacon_mj.errors import RunError, printable, unknown
 from beacon_mj.eval.metrics.row import Row
 from beacon_mj.eval.report import figures, tables
 from beacon_mj.eval.report.command import command_of
@@ -25,6 +25,8 @@ from beacon_mj.eval.report.episodes import (
 from beacon_mj.eval.runs.overrides import dotted
 from beacon_mj.eval.runs.run_folder import TABLE
 from beacon_mj.eval.statistics.compare import Comparison, compare_pairs
+from beacon_mj.eval.statistics.grouping import NO_SUITE, shown
+from beacon_mj.eval.statistics.oracles import NOTE
 from beacon_mj.eval.statistics.pairing import (
     Arm,
     comparisons,
@@ -68,6 +70,10 @@ class Calibration(NamedTuple):
     note: str
 
 
+class _Page(str):
+    """The text of another page, which stays as it is."""
+
+
 def render_report(
     run: Results,
     baseline: str | None = None,
@@ -97,7 +103,11 @@ def render_report(
     focus = FOCUS if FOCUS in run.planners else next(iter(run.planners))
     tell("beliefs and episodes, from the logs")
     chosen = picks(run.folder, run.planners[focus])
+    pages = _replay(run, chosen) if with_replay else None
     page: str = _template().render(
+        policy=_policy(pages),
+        note=NOTE,
+        oracles=summary["oracles"],
         run=_facts(run, rows),
         baseline=base,
         results=made.results,
@@ -111,7 +121,7 @@ def render_report(
         calibrations=[*_calibrations(run)],
         focus=focus,
         panels=[_picture(panel(pick)) for pick in chosen],
-        replay=_replay(run, chosen) if with_replay else None,
+        replay=pages,
     )
     return page
 
@@ -146,11 +156,11 @@ class _Tables(NamedTuple):
 
 
 def _tables(summary: dict[str, Any], found: Sequence[Comparison]) -> _Tables:
-    families = [*dict.fromkeys(f for own in summary["tables"].values() for f in own)]
-    shown = families[1:] if len(families) == 2 else families
+    families = dict.fromkeys(f for own in summary["tables"].values() for f in own)
+    names = shown([*families])
     return _Tables(
-        [tables.results(summary, family) for family in shown],
-        [tables.differences(found, family) for family in shown],
+        [tables.results(summary, name) for name in names],
+        [tables.differences(found, name) for name in names],
         tables.outcomes(summary),
         tables.beliefs(summary),
         _missions(summary, found),
@@ -171,11 +181,29 @@ def _template(name: str = "report.html.j2") -> Any:
     environment = Environment(
         loader=PackageLoader("beacon_mj.eval.report"),
         autoescape=True,
+        finalize=_shown,
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
     return environment.get_template(name)
+
+
+def _shown(value: Any) -> Any:
+    """Return a value for the page: a text as what can be printed of it."""
+    return printable(value) if type(value) is str else value
+
+
+def _policy(replay: dict[str, str] | None) -> str:
+    """Return what the page may do: show what is in it, and load nothing.
+
+    The page within it that shows a replay has the same policy, and its own scripts.
+    """
+    if replay is None or not replay["page"]:
+        return "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
+    from beacon_mj.rendering.html import POLICY
+
+    return POLICY
 
 
 def _compared(run: Results, baseline: str | None) -> tuple[str, list[Comparison]]:
@@ -197,6 +225,8 @@ def _facts(run: Results, rows: Sequence[Row]) -> dict[str, Any]:
         "episodes": len(rows),
         "scenes": len(hashes),
         "planners": len(run.planners),
+        "suites": _suites(rows),
+        "notes": run.notes(),
         "finished": (run.folder / TABLE).is_file(),
         "solved": sum(row.success for row in rows),
         "seed": config.seed,
@@ -207,6 +237,14 @@ def _facts(run: Results, rows: Sequence[Row]) -> dict[str, Any]:
         "configs": {entry.name: dotted(entry.config) for entry in config.planners},
         "command": command_of(config),
     }
+
+
+def _suites(rows: Sequence[Row]) -> list[str]:
+    """Return the suites of the scenes, and `no suite` beside others for the rest."""
+    found = [*dict.fromkeys(row.suite for row in rows)]
+    if found == [None]:
+        return []
+    return [NO_SUITE if suite is None else suite for suite in found]
 
 
 def _figures(summary: dict[str, Any], rows: Sequence[Row]) -> dict[str, list[Figure]]:
@@ -230,7 +268,7 @@ def _missions(summary: dict[str, Any], found: Sequence[Comparison]) -> list[Miss
             tables.missions(summary, family),
             tables.differences(found, family, whole_missions=True),
             Figure(
-                _data(figures.learning_curves(missions, family)),
+                _data(figures.learning_curves(missions, family, summary["oracles"])),
                 f"Learning curves: steps by day, {family}",
             ),
         )
@@ -280,7 +318,11 @@ def _replay(run: Results, chosen: Sequence[Pick]) -> dict[str, str] | None:
     moving = push_of([pick.row for pick in chosen])
     pick = next((p for p in chosen if p.row == moving), chosen[0])
     drawn = replay(pick)
-    return {"page": drawn.svg, "caption": drawn.caption, "problem": drawn.problem}
+    return {
+        "page": _Page(drawn.svg),
+        "caption": drawn.caption,
+        "problem": drawn.problem,
+    }
 
 
 def _data(svg: str) -> str:

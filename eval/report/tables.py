@@ -4,6 +4,7 @@ from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
 from beacon_mj.eval.statistics.compare import Comparison, Cost, Difference, Improvement
+from beacon_mj.eval.statistics.oracles import marked, oracles_of
 from beacon_mj.eval.statistics.summary import OUTCOMES, OVERALL
 from beacon_mj.planners.registry import PAPER, REFERENCE
 
@@ -87,7 +88,8 @@ def results(summary: dict[str, Any], family: str) -> Table:
     ]
     headings = ["solved", "success %", "clean %", *(m[0] for m in MEANS)]
     n = max(c[family]["n"] for c in summary["tables"].values() if family in c)
-    return Table(f"{title(family)}, {_scenes(n)}", headings, grouped(lines))
+    told = oracles_of(summary)
+    return Table(f"{title(family)}, {_scenes(n)}", headings, grouped(lines, told))
 
 
 def missions(summary: dict[str, Any], family: str) -> Table:
@@ -109,7 +111,7 @@ def missions(summary: dict[str, Any], family: str) -> Table:
     headings += [f"steps, day {1 + k}" for k in range(days)]
     n = max(cell["n"] for cell in cells.values())
     title = f"{family}, {n} mission{'s' if n != 1 else ''} of {days} days"
-    return Table(title, headings, grouped(lines))
+    return Table(title, headings, grouped(lines, oracles_of(summary)))
 
 
 def outcomes(summary: dict[str, Any]) -> Table:
@@ -118,7 +120,9 @@ def outcomes(summary: dict[str, Any]) -> Table:
     used = [o for o in OUTCOMES if any(counts[o] for counts in total.values())]
     lines = [(n, [Number(str(counts[o])) for o in used]) for n, counts in total.items()]
     return Table(
-        "How episodes ended", [o.replace("_", " ") for o in used], grouped(lines)
+        "How episodes ended",
+        [o.replace("_", " ") for o in used],
+        grouped(lines, oracles_of(summary)),
     )
 
 
@@ -131,7 +135,8 @@ def beliefs(summary: dict[str, Any]) -> Table | None:
     ]
     if not lines:
         return None
-    return Table("Scores of beliefs", [h for h, _ in BELIEFS], grouped(lines))
+    headings = [h for h, _ in BELIEFS]
+    return Table("Scores of beliefs", headings, grouped(lines, oracles_of(summary)))
 
 
 def differences(
@@ -165,20 +170,32 @@ def differences(
     if family == OVERALL and not whole_missions:
         headings.insert(2, "p, Holm")
     headings += [*(h for h, _, _ in COSTS), "P(shorter path) %"]
+    told = [c.first for c in found if c.first_oracle]
     size = f"{max(sizes)} missions" if whole_missions else _scenes(max(sizes))
-    return Table(f"{title(family)}, {size}", headings, grouped(lines))
+    return Table(f"{title(family)}, {size}", headings, grouped(lines, told))
 
 
-def grouped(lines: Iterable[tuple[str, list[Number]]]) -> list[Group]:
-    """Return lines by kind of planner, without kinds that no planner is of."""
+def grouped(
+    lines: Iterable[tuple[str, list[Number]]], told: Sequence[str]
+) -> list[Group]:
+    """Return lines by kind of planner, without kinds that no planner is of.
+
+    Args:
+        lines: Planner and cells.
+        told: The planners that are oracles.
+    """
     kinds: dict[str, list[tuple[str, list[Number]]]] = {kind: [] for kind in KINDS}
     for line in lines:
-        kinds[kind_of(line[0])].append(line)
+        name, cells = line
+        shown = marked(name, name in told)
+        kinds[kind_of(name, oracle=name in told)].append((shown, cells))
     return [Group(kind, own) for kind, own in kinds.items() if own]
 
 
-def kind_of(planner: str) -> str:
-    """Return which of `KINDS` a planner is."""
+def kind_of(planner: str, *, oracle: bool) -> str:
+    """Return which of `KINDS` a planner is; an oracle is one of reference."""
+    if oracle:
+        return KINDS[2]
     if planner in PAPER:
         return KINDS[0]
     return KINDS[2] if planner in REFERENCE else KINDS[1]
@@ -186,7 +203,9 @@ def kind_of(planner: str) -> str:
 
 def title(family: str) -> str:
     """Return how a family is called above a table."""
-    return "All families" if family == OVERALL else family
+    if family == OVERALL:
+        return "All families"
+    return family[:1].upper() + family[1:] if " " in family else family
 
 
 def difference(found: Difference, digits: int, scale: float = 1.0) -> Number:

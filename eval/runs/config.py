@@ -1,7 +1,8 @@
 """What an evaluation runs: everything that is needed to repeat it."""
 
 import hashlib
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
@@ -18,17 +19,21 @@ from beacon_mj.eval.runs.missions import (
     days_of,
     share_missions,
 )
-from beacon_mj.eval.runs.scene_cache import cached_scene
+from beacon_mj.eval.runs.scene_cache import cached_scene, released_scene_suite
 from beacon_mj.eval.runs.shards import Shard, share
+from beacon_mj.files import files_below
 from beacon_mj.scene import Profile, Scene
 from beacon_mj.scene.files import load_scene
-from beacon_mj.scene_gen.family import (
-    default_families,
-    family_sha256,
-    load_family,
+from beacon_mj.scene_gen.family import family_sha256, load_family
+from beacon_mj.scene_gen.learning.rounds import (
+    SCENES,
+    cut_round,
+    default_scenes,
+    round_scenes,
 )
 from beacon_mj.scene_gen.own_layouts import check_layout
 from beacon_mj.scene_gen.perception import perceive
+from beacon_mj.scene_gen.suites import chosen_families, released_suite
 
 Logging = Literal["all", "failures", "none"]
 
@@ -45,6 +50,8 @@ class PlannerEntry(msgspec.Struct, frozen=True, kw_only=True):
         varied: Values by `planner.field` or `protocol.field` in which it differs from
             its variants: the columns `set.planner.field` of the rows.
         isolated: Whether it runs in a process of its own.
+        oracle: Whether it is told the truth about each world: a reference planner,
+            whatever its name, and marked as one in every row and table.
         code: SHA-256 of its file and of the local modules that it imports, by path
             below the file's folder; empty for a built-in planner.
         home: Whole path of the file that it is loaded from; no option, for a run may
@@ -58,6 +65,7 @@ class PlannerEntry(msgspec.Struct, frozen=True, kw_only=True):
     protocol: Protocol | None = None
     varied: dict[str, str] = {}
     isolated: bool = False
+    oracle: bool = False
     code: dict[str, str] = {}
     home: str = ""
 
@@ -73,6 +81,22 @@ class PlannerEntry(msgspec.Struct, frozen=True, kw_only=True):
         return self.name.partition("[")[0] if self.varied else self.name
 
 
+class FamilyScenes(msgspec.Struct, frozen=True, kw_only=True):
+    """What a run has of a family.
+
+    Attributes:
+        suite: The released suite whose scenes these are; None for others, and of
+            stored scenes, of which each row says it.
+        count: Number of scenes, of all shards together.
+        round: Scenes of a whole round of its latent worlds; 1 where nothing is dealt in
+            rounds.
+    """
+
+    suite: str | None
+    count: int
+    round: int = 1
+
+
 class RunConfig(msgspec.Struct, frozen=True, kw_only=True):
     """An evaluation. Two runs with equal configurations have equal results.
 
@@ -81,7 +105,9 @@ class RunConfig(msgspec.Struct, frozen=True, kw_only=True):
         planners: Who runs, each through every scene.
         families: SHA-256 of each family's files, by name; of stored scenes, of all
             their hashes.
-        scenes_per_family: Scenes per family; None for all that are stored.
+        scenes: Suite, number of scenes and length of a round of each family, by name.
+        scenes_per_family: Scenes per family, as asked for; None for the whole rounds
+            nearest to 100, or for all that are stored.
         seed: Seed of scenes, perception and planners.
         perception: Profile; None leaves stored scenes as they are.
         scene_dir: Folder of stored scenes, or None to generate them.
@@ -96,6 +122,7 @@ class RunConfig(msgspec.Struct, frozen=True, kw_only=True):
     schema: int = SCHEMA
     planners: tuple[PlannerEntry, ...]
     families: dict[str, str]
+    scenes: dict[str, FamilyScenes] = {}
     scenes_per_family: int | None
     seed: int
     perception: Profile | None
@@ -131,35 +158,81 @@ class SceneRef:
 
 
 def generated_scenes(
-    families: Sequence[str], scenes_per_family: int, templates: Path | None
+    families: Sequence[str],
+    scenes_per_family: int | None,
+    templates: Path | None,
+    suites: Sequence[str] = (),
+    about: int = SCENES,
 ) -> tuple[dict[str, str], list[SceneRef]]:
     """Return the hash of each family's files, and the scenes to generate.
+
+    Args:
+        families: Names of families.
+        scenes_per_family: Scenes of each; None for the whole rounds nearest to `about`.
+        templates: Folder of the user's own templates.
+        suites: Suites, in place of `families`.
+        about: See `scenes_per_family`.
 
     Raises:
         TemplateError: If a family does not exist or its template is no good.
         RunError: If the scenes are no whole missions.
     """
-    names = dict.fromkeys(families or default_families(templates))
-    for name in names:
+    counts = {}
+    for name in chosen_families(families, suites, templates):
         family = load_family(name, templates)
         check_layout(family)
-        check_whole(name, scenes_per_family, days_of(family) or 1)
-    return _hashed_scenes([*names], scenes_per_family, templates)
+        counts[name] = scenes_per_family or default_scenes(family, about)
+        check_whole(name, counts[name], days_of(family) or 1)
+    return _hashed_scenes(counts, templates)
 
 
 def _hashed_scenes(
-    names: Sequence[str], scenes_per_family: int, templates: Path | None
+    counts: Mapping[str, int], templates: Path | None
 ) -> tuple[dict[str, str], list[SceneRef]]:
     """Return the same of families that are there, without running any layout's code."""
-    hashes = {name: family_sha256(name, templates) for name in names}
+    hashes = {name: family_sha256(name, templates) for name in counts}
     refs = list[SceneRef]()
-    for name in names:
+    for name, count in counts.items():
         days = days_of(load_family(name, templates))
         refs += [
             SceneRef(name, i, mission=None if days is None else i // days)
-            for i in range(scenes_per_family)
+            for i in range(count)
         ]
     return hashes, refs
+
+
+def family_scenes(
+    hashes: Mapping[str, str],
+    refs: Sequence[SceneRef],
+    templates: Path | None,
+    *,
+    stored: bool = False,
+) -> dict[str, FamilyScenes]:
+    """Return what a run has of each family.
+
+    Args:
+        hashes: SHA-256 of each family's files.
+        refs: All scenes of the run.
+        templates: Folder of the user's own templates.
+        stored: Whether the scenes are read; of these nothing but the number is known.
+    """
+    counts = Counter(ref.family for ref in refs)
+    if stored:
+        return {n: FamilyScenes(suite=None, count=counts[n]) for n in hashes}
+    return {
+        name: FamilyScenes(
+            suite=released_suite(name, sha256),
+            count=counts[name],
+            round=round_scenes(load_family(name, templates)),
+        )
+        for name, sha256 in hashes.items()
+    }
+
+
+def cut_rounds(scenes: Mapping[str, FamilyScenes]) -> list[str]:
+    """Return a line for each family of which a run cuts a round."""
+    lines = (cut_round(n, each.count, each.round) for n, each in scenes.items())
+    return [line for line in lines if line is not None]
 
 
 def stored_scenes(
@@ -174,7 +247,7 @@ def stored_scenes(
     """
     found: dict[tuple[str, int], SceneRef] = {}
     scene_of: dict[SceneRef, Scene] = {}
-    for path in sorted(folder.rglob("*.json")):
+    for path in files_below(folder, ".json"):
         scene = load_scene(path)
         key = scene.family, scene.index
         if key in found:
@@ -226,8 +299,31 @@ def scene_refs(config: RunConfig) -> tuple[dict[str, str], list[SceneRef]]:
         hashes, refs = stored_scenes(Path(config.scene_dir), names, count)
     else:
         templates = None if config.templates is None else Path(config.templates)
-        hashes, refs = _hashed_scenes(names, count or 0, templates)
+        counts = dict.fromkeys(names, count or 0)
+        counts |= {name: each.count for name, each in config.scenes.items()}
+        hashes, refs = _hashed_scenes(counts, templates)
     return hashes, share_missions(refs, config.shard)
+
+
+def suite_of_ref(config: RunConfig, ref: SceneRef, scene: Scene) -> str | None:
+    """Return the released suite that a scene of a run is of, or None.
+
+    A stored scene is of a suite if it is the one that the shipped family gives.
+    """
+    if ref.path is not None:
+        return released_scene_suite(scene)
+    own = config.scenes.get(ref.family)
+    return None if own is None else own.suite
+
+
+def with_count(config: RunConfig, scenes_per_family: int) -> RunConfig:
+    """Return a run with another number of scenes of each family."""
+    replace = msgspec.structs.replace
+    counted = {
+        name: replace(each, count=scenes_per_family)
+        for name, each in config.scenes.items()
+    }
+    return replace(config, scenes=counted, scenes_per_family=scenes_per_family)
 
 
 def load_ref(config: RunConfig, ref: SceneRef) -> Scene:

@@ -15,13 +15,15 @@ from beacon_mj.eval.runs.config import (
     PlannerEntry,
     RunConfig,
     SceneRef,
+    cut_rounds,
+    family_scenes,
     generated_scenes,
     scene_refs,
     stored_scenes,
 )
 from beacon_mj.eval.runs.jobs import Fault, Handovers, Job
 from beacon_mj.eval.runs.lineup import PYTHON, PlannerChoice, line_up
-from beacon_mj.eval.runs.missions import share_missions, whole_count
+from beacon_mj.eval.runs.missions import share_missions
 from beacon_mj.eval.runs.progress import Progress
 from beacon_mj.eval.runs.run_folder import RunFolder, free_name, load_config
 from beacon_mj.eval.runs.runner import plan, resumable, run_jobs
@@ -29,11 +31,14 @@ from beacon_mj.eval.runs.shards import parse_shard
 from beacon_mj.eval.runs.variants import Values, VaryValues
 from beacon_mj.eval.runs.versions import versions
 from beacon_mj.scene import Profile
-from beacon_mj.scene_gen.family import default_families
 
-SCENES_PER_FAMILY = 100  #: At most, unless the user says otherwise.
 #: Options whose names on the command line are others.
-_FLAGS = {"planners": "planner", "families": "family", "settings": "set"}
+_FLAGS = {
+    "planners": "planner",
+    "families": "family",
+    "suites": "suite",
+    "settings": "set",
+}
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -44,6 +49,7 @@ class EvaluationOptions:
     settings: Values = ()
     vary: VaryValues = ()
     families: Sequence[str] = ()
+    suites: Sequence[str] = ()
     scenes_per_family: int | None = None
     seed: int = 0
     perception: Profile | None = None
@@ -79,6 +85,10 @@ class Evaluation:
     def total(self) -> int:
         """Number of episodes of the whole run."""
         return len(self.config.planners) * len(self.refs)
+
+    def notes(self) -> list[str]:
+        """Return what is to be said before it starts: rounds that it cuts."""
+        return cut_rounds(self.config.scenes)
 
     def run(self, workers: int | str, progress: Progress) -> None:
         """Run what is left; rows are on disk as soon as they are in `rows`.
@@ -209,6 +219,11 @@ def _configured(options: EvaluationOptions, out: Path | None) -> Evaluation:
         raise RunError("--planner: expected a planner's name, such as beacon, or all.")
     if stored is not None and templates is not None:
         raise RunError("--templates: expected no templates with --scene-dir.")
+    if stored is not None and options.suites:
+        raise RunError(
+            "--suite: expected none with --scene-dir: name families of the stored "
+            "scenes with --family."
+        )
     shard = None if options.shard is None else parse_shard(options.shard)
     entries, protocol, handed = line_up(
         options.planners,
@@ -219,15 +234,15 @@ def _configured(options: EvaluationOptions, out: Path | None) -> Evaluation:
     )
     count = options.scenes_per_family
     if stored is None:
-        if count is None:
-            names = options.families or default_families(templates)
-            count = whole_count(SCENES_PER_FAMILY, names, templates)
-        hashes, refs = generated_scenes(options.families, count, templates)
+        hashes, refs = generated_scenes(
+            options.families, count, templates, options.suites
+        )
     else:
         hashes, refs = stored_scenes(stored, options.families, count)
     config = RunConfig(
         planners=entries,
         families=hashes,
+        scenes=family_scenes(hashes, refs, templates, stored=stored is not None),
         scenes_per_family=count,
         seed=options.seed,
         perception=options.perception or (None if stored else "noisy"),

@@ -11,6 +11,7 @@ from beacon_mj.eval.runs.config import (
     PlannerEntry,
     RunConfig,
     SceneRef,
+    family_scenes,
     generated_scenes,
 )
 from beacon_mj.eval.runs.jobs import Handovers, Job
@@ -21,6 +22,7 @@ from beacon_mj.eval.runs.runner import NOBODY, plan, resumable, run_jobs
 from beacon_mj.eval.runs.variants import Values
 from beacon_mj.eval.runs.versions import versions
 from beacon_mj.scene import Profile
+from beacon_mj.scene_gen.learning.rounds import SCENES
 
 CHUNK = 16  #: Configurations that cross a scene in one job.
 
@@ -50,20 +52,27 @@ def experiment(
     protocol: Protocol,
     *,
     families: Sequence[str],
-    scenes_per_family: int,
+    scenes_per_family: int | None,
     seed: int,
     perception: Profile,
     templates: Path | None = None,
+    suites: Sequence[str] = (),
+    about: int = SCENES,
 ) -> tuple[RunConfig, list[SceneRef]]:
     """Return a run on generated scenes that leaves no logs, and its scenes.
+
+    See `generated_scenes` for which scenes these are.
 
     Raises:
         TemplateError: If a family does not exist or its template is no good.
     """
-    hashes, refs = generated_scenes(families, scenes_per_family, templates)
+    hashes, refs = generated_scenes(
+        families, scenes_per_family, templates, suites, about
+    )
     config = RunConfig(
         planners=tuple(entries),
         families=hashes,
+        scenes=family_scenes(hashes, refs, templates),
         scenes_per_family=scenes_per_family,
         seed=seed,
         perception=perception,

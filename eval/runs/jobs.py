@@ -18,9 +18,16 @@ from beacon_mj.errors import RunError
 from beacon_mj.eval.metrics.measure import measure
 from beacon_mj.eval.metrics.row import Row
 from beacon_mj.eval.runs.code_record import check_code
-from beacon_mj.eval.runs.config import PlannerEntry, RunConfig, SceneRef, load_ref
+from beacon_mj.eval.runs.config import (
+    PlannerEntry,
+    RunConfig,
+    SceneRef,
+    load_ref,
+    suite_of_ref,
+)
 from beacon_mj.eval.runs.isolation.host import Isolated, Who, here, isolated
 from beacon_mj.eval.runs.lineup import Handed
+from beacon_mj.eval.runs.log_files import log_file
 from beacon_mj.eval.runs.overrides import configure
 from beacon_mj.eval.runs.sandbox import Guarded, planner_class
 from beacon_mj.planners.base import Planner
@@ -97,6 +104,9 @@ def run_job(
     entries = [e for e in config.planners if e.name in job.planners]
     check_code(entries)
     scenes = [load_ref(config, ref) for ref in job.refs]
+    suites = [
+        suite_of_ref(config, *each) for each in zip(job.refs, scenes, strict=True)
+    ]
     out = Attempt([], [])
     worlds: dict[float, list[World]] = {}
     for entry in entries:
@@ -106,11 +116,12 @@ def run_job(
                 worlds[step] = [World(scene, step) for scene in scenes]
         except SimulationError as error:
             out.rows.extend(
-                lost_row(config, scene, entry.name, "simulation_error", str(error))
-                for scene in scenes
+                lost_row(config, scene, entry.name, "simulation_error", str(error), own)
+                for scene, own in zip(scenes, suites, strict=True)
             )
             continue
-        for row, where in _days(config, folder, worlds[step], entry, handed):
+        days = _days(config, folder, worlds[step], suites, entry, handed)
+        for row, where in days:
             out.rows.append(row)
             if row.outcome == "planner_error":
                 out.faults.append(Fault(row.key, row.detail, where))
@@ -120,12 +131,19 @@ def run_job(
 def lost_attempt(config: RunConfig, job: Job, detail: str) -> Attempt:
     """Return what comes of a job of one episode whose process died."""
     [ref], [name] = job.refs, job.planners
-    row = lost_row(config, load_ref(config, ref), name, "planner_error", detail)
+    scene = load_ref(config, ref)
+    suite = suite_of_ref(config, ref, scene)
+    row = lost_row(config, scene, name, "planner_error", detail, suite)
     return Attempt([row], [Fault(row.key, detail, "")])
 
 
 def lost_row(
-    config: RunConfig, scene: Scene, planner: str, outcome: Outcome, detail: str
+    config: RunConfig,
+    scene: Scene,
+    planner: str,
+    outcome: Outcome,
+    detail: str,
+    suite: str | None,
 ) -> Row:
     """Return the row of an episode that could not be run."""
     return measure(
@@ -133,9 +151,11 @@ def lost_row(
             planner=planner,
             scene=scene,
             protocol=config.protocol_of(planner),
+            oracle=any(e.oracle for e in config.planners if e.name == planner),
             start_m=np.array(scene.start_m),
             outcome=outcome,
             detail=detail,
+            suite=suite,
         )
     )
 
@@ -149,19 +169,20 @@ def _days(
     config: RunConfig,
     folder: Path | None,
     worlds: Sequence[World],
+    suites: Sequence[str | None],
     e: PlannerEntry,
     handed: Handovers,
 ) -> Iterator[tuple[Row, str]]:
     """Yield a row a day, and where the planner failed if it did."""
     protocol = config.protocol_of(e.name)
     planner = _planner(e, protocol, handed)
-    mission = Mission(planner, e.name, protocol)
-    for world in worlds:
+    mission = Mission(planner, e.name, protocol, oracle=e.oracle)
+    for world, suite in zip(worlds, suites, strict=True):
         scene = world.scene
         path = _log_path(config, folder, scene, e)
         seed = planner_seed(config.seed, scene.family, scene.index)
         listeners = [] if path is None else [_recorder(path, e, seed)]
-        row = measure(mission.day(scene, seed, listeners, world))
+        row = measure(mission.day(scene, seed, listeners, world, suite))
         if path is not None and config.log == "failures" and row.clean_success:
             path.unlink()
         yield row, planner.where if row.outcome == "planner_error" else ""
@@ -197,7 +218,7 @@ def _log_path(
         return None
     if not folder.is_dir():  # Not to be made anew where it was.
         raise RunError(f"{folder}: the run folder was moved or deleted.")
-    path = folder / "logs" / entry.name / f"{scene.name}.mcap"
+    path = log_file(folder, entry.name, scene.name)
     path.parent.mkdir(parents=True, exist_ok=True)
     return path
 

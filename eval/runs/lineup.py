@@ -27,6 +27,7 @@ from beacon_mj.eval.runs.variants import (
     with_protocol,
 )
 from beacon_mj.planners.base import Planner
+from beacon_mj.planners.oracle.truth import Oracle
 from beacon_mj.planners.registry import (
     ALIASES,
     PAPER,
@@ -260,6 +261,7 @@ def _entry(each: _Loaded, parsed: Settings, protocol: Protocol) -> PlannerEntry:
         settings=own,
         config={} if each.config is None else built_ins(each.config),
         isolated=each.cls is None,
+        oracle=each.cls is not None and issubclass(each.cls, Oracle),
         code=code_of(each.spec, each.cls),
         home="" if file is None else str(file),
     )

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from beacon_mj.errors import RunError
 from beacon_mj.eval.runs.shards import Shard, share
 from beacon_mj.scene import Scene
-from beacon_mj.scene_gen.family import Family, load_family
+from beacon_mj.scene_gen.family import Family
 from beacon_mj.scene_gen.learning.layouts import LEARNING_LAYOUTS
 
 if TYPE_CHECKING:
@@ -20,16 +20,6 @@ def days_of(family: Family) -> int | None:
     if family.layout not in LEARNING_LAYOUTS or "day_count" not in family.numerics:
         return None
     return family.whole("day_count")
-
-
-def whole_count(most: int, families: Sequence[str], templates: Path | None) -> int:
-    """Return the most scenes a family, at most `most`, that are whole missions.
-
-    Raises:
-        TemplateError: If a family does not exist or its template is no good.
-    """
-    days = [days_of(load_family(name, templates)) or 1 for name in families]
-    return next((n for n in range(most, 0, -1) if not any(n % d for d in days)), most)
 
 
 def check_whole(name: str, scenes: int, days: int) -> None:

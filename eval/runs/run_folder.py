@@ -18,6 +18,7 @@ from beacon_mj.eval.metrics.row import Row
 from beacon_mj.eval.runs.config import PlannerEntry, RunConfig
 from beacon_mj.eval.runs.frame import frame
 from beacon_mj.eval.runs.run_lock import LockedFile
+from beacon_mj.files import file_name, replacing
 from beacon_mj.source_files import first_change
 
 CONFIG, LINES, TABLE, SUMMARY = (
@@ -54,12 +55,19 @@ class RunFolder:
         """
         self._check_unborn()
         self._machines = config.machines or (_here(),)
+        noted = msgspec.structs.replace(config, machines=self._machines)
+        try:
+            text = _pretty(noted)
+        except UnicodeEncodeError as error:
+            raise RunError(
+                f"Expected options that {CONFIG} can hold, as UTF-8, but one was "
+                f"{error.object!r}."
+            ) from error
         try:
             self.path.mkdir(parents=True, exist_ok=True)
             self._lock()
             self._check_unborn()  # Another process may have come between.
-            noted = msgspec.structs.replace(config, machines=self._machines)
-            self._write(CONFIG, _pretty(noted))
+            self._write(CONFIG, text)
         except OSError as error:
             raise RunError(f"{self.path}: cannot be written: {_why(error)}.") from error
 
@@ -180,9 +188,8 @@ class RunFolder:
 
     def _write(self, name: str, data: bytes) -> None:
         """Write a file so that it is there whole or not at all."""
-        part = self.path / f"{name}.part"
-        part.write_bytes(data)
-        part.replace(self.path / name)
+        with replacing(self.path / name, RunError) as part:
+            part.write_bytes(data)
 
 
 def load_config(path: Path) -> RunConfig:
@@ -232,9 +239,9 @@ def write_table(
     rows: Sequence[Row], path: Path, config: RunConfig | None = None
 ) -> None:
     """Write rows as Parquet, in canonical order and with typed columns; see `frame`."""
-    part = path.with_name(f"{path.name}.part")
-    frame(rows, config).write_parquet(part)
-    part.replace(path)
+    # As a file: polars takes no path that is not UTF-8.
+    with replacing(path, RunError) as part, part.open("wb") as file:
+        frame(rows, config).write_parquet(file)
 
 
 def read_table(path: Path) -> "pl.DataFrame":
@@ -242,7 +249,8 @@ def read_table(path: Path) -> "pl.DataFrame":
     import polars as pl
 
     try:
-        return pl.read_parquet(path)
+        with path.open("rb") as file:  # Polars takes no path that is not UTF-8.
+            return pl.read_parquet(file)
     except (pl.exceptions.PolarsError, OSError) as error:
         why = " ".join(str(error).split())
         raise RunError(f"{path}: cannot be read as Parquet: {why}.") from error
@@ -256,6 +264,7 @@ def free_name(stem: str) -> Path:
     Raises:
         RunError: If it cannot be made.
     """
+    stem = file_name(stem)
     path, number = Path("runs") / stem, 1
     while True:
         try:

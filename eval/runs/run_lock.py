@@ -44,12 +44,18 @@ class LockedFile:
         """Add to the file; it is on disk when this returns, wherever the file is now.
 
         Raises:
-            RunError: If the file is no longer where it was.
+            RunError: If it cannot be written, or is no longer where it was.
         """
+        before = os.lseek(self._number, 0, os.SEEK_END)
         view = memoryview(data)
-        while view:
-            view = view[os.write(self._number, view) :]
-        os.fsync(self._number)
+        try:
+            while view:
+                view = view[os.write(self._number, view) :]
+            os.fsync(self._number)
+        except OSError as error:
+            os.ftruncate(self._number, before)  # A full disk takes a part of a line.
+            why = error.strerror or str(error)
+            raise RunError(f"{self.path}: cannot be written: {why}.") from error
         self.check_in_place()
 
     def replace(self, path: Path) -> None:

@@ -13,11 +13,12 @@ from beacon_mj.planners.registry import load_planner
 from beacon_mj.planners.routes.graph import RouteGraph, RoutePlanner
 
 
-class Guarded(Oracle, RoutePlanner):
+class Guarded(RoutePlanner):
     """Builds a planner in `reset`, so that a failing constructor costs an episode too.
 
-    The truth about a world is passed on to oracles and to no other planner; so is the
-    route graph to planners on it.
+    The truth about a world is passed on where the episode gives it, that is for a
+    planner that its run's configuration calls an oracle, and for no other one. The
+    route graph is passed on to planners on it.
     """
 
     Config: ClassVar[type[Any]] = dict
@@ -28,9 +29,10 @@ class Guarded(Oracle, RoutePlanner):
         self._build = build
         self._planner: Planner | None = None
         self._raised = ""
+        self._truth: Truth | None = None
 
     def set_truth(self, truth: Truth) -> None:
-        """Keep the truth until it is known who asks."""
+        """Keep the truth until the planner is there."""
         self._truth = truth
 
     def set_routes(self, routes: RouteGraph | None) -> None:
@@ -43,7 +45,7 @@ class Guarded(Oracle, RoutePlanner):
             planner = self._planner = self._build()
             if isinstance(planner, RoutePlanner):
                 planner.set_routes(self._routes)
-            if isinstance(planner, Oracle):
+            if self._truth is not None and isinstance(planner, Oracle):
                 planner.set_truth(self._truth)
             planner.reset(task)
         except BaseException as error:
@@ -57,7 +59,7 @@ class Guarded(Oracle, RoutePlanner):
         try:
             if isinstance(planner, RoutePlanner):
                 planner.set_routes(self._routes)
-            if isinstance(planner, Oracle):
+            if self._truth is not None and isinstance(planner, Oracle):
                 planner.set_truth(self._truth)
             planner.next_day(task)
         except BaseException as error:

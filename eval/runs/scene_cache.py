@@ -17,12 +17,13 @@ from tempfile import NamedTemporaryFile
 from platformdirs import user_cache_path
 
 import beacon_mj
-from beacon_mj.errors import SceneError
+from beacon_mj.errors import BeaconError, SceneError
 from beacon_mj.eval.runs.versions import package_versions
 from beacon_mj.scene import Profile, Scene
 from beacon_mj.scene.files import parse_scene
 from beacon_mj.scene_gen.family import family_sha256
 from beacon_mj.scene_gen.generate import generate_scene
+from beacon_mj.scene_gen.suites import RELEASED, suite_of
 
 VARIABLE = "BEACON_MJ_CACHE"  #: Names another folder; empty or `off` for no cache.
 #: Entries in each of the 256 subfolders, where the oldest make room: all in all some
@@ -64,6 +65,23 @@ def cached_scene(
         if name() == key:  # Nobody edited the family meanwhile.
             _write(path, found)
     return found
+
+
+def released_scene_suite(scene: Scene) -> str | None:
+    """Return the released suite that a scene is of, or None.
+
+    The scene is made again from the shipped family of its name: only equal bytes count.
+    """
+    if not any(scene.family in families for families in RELEASED.values()):
+        return None
+    suite = suite_of(scene.family)
+    if suite is None:
+        return None
+    try:
+        made = cached_scene(scene.family, scene.index, scene.seed, scene.perception)
+    except BeaconError:
+        return None
+    return suite if made.sha256 == scene.sha256 else None
 
 
 def generator_sources() -> Iterator[Path]:

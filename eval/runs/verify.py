@@ -8,9 +8,11 @@ from typing import Any
 import msgspec
 
 from beacon_mj.constants import WALL_CLOCK_COLUMNS
+from beacon_mj.episode.trace import Trace
 from beacon_mj.errors import BeaconError, LogError, RunError
 from beacon_mj.eval.metrics.measure import measure
 from beacon_mj.eval.runs.frame import varied_settings
+from beacon_mj.eval.runs.log_files import log_file
 from beacon_mj.eval.runs.run_folder import (
     LINES,
     TABLE,
@@ -18,8 +20,10 @@ from beacon_mj.eval.runs.run_folder import (
     load_rows,
     read_table,
 )
+from beacon_mj.eval.runs.scene_cache import released_scene_suite
 from beacon_mj.eval.runs.variants import text_of
 from beacon_mj.eval.runs.worker_process import in_parallel
+from beacon_mj.files import files_below
 from beacon_mj.recording.verify import Verification, verify
 
 Key = tuple[str, str, int]
@@ -32,7 +36,7 @@ def logs_below(folder: Path) -> list[Path]:
     Raises:
         RunError: If there is none.
     """
-    found = sorted(folder.rglob("*.mcap"))
+    found = files_below(folder, ".mcap")
     if not found:
         raise RunError(f"{folder}: expected a folder with logs (*.mcap).")
     return found
@@ -95,7 +99,7 @@ def verify_log(path: Path, tables: Mapping[str, Rows] | None = None) -> Verifica
         tables: Stored rows of its run, by the name of their file; see `tables_of`.
     """
     try:
-        found = verify(path, lambda trace: measure(trace).as_dict())
+        found = verify(path, _row)
         problem = found.problem or _difference(found, tables or {})
     except BeaconError as error:
         found = Verification(
@@ -103,6 +107,13 @@ def verify_log(path: Path, tables: Mapping[str, Rows] | None = None) -> Verifica
         )
         problem = str(error)
     return replace(found, problem=problem)
+
+
+def _row(trace: Trace) -> dict[str, Any]:
+    """Return the row that an episode must have; a suite that it claims is proved."""
+    if trace.suite is not None:
+        trace = replace(trace, suite=released_scene_suite(trace.scene))
+    return measure(trace).as_dict()
 
 
 def verify_logs(paths: Sequence[Path], workers: int = 1) -> Iterator[Verification]:
@@ -120,8 +131,8 @@ def verify_logs(paths: Sequence[Path], workers: int = 1) -> Iterator[Verificatio
 
 def missing_logs(run: Path) -> int:
     """Return how many rows of a run have no finished log."""
-    names = ((row.planner, f"{row.scene_name}.mcap") for row in load_rows(run))
-    return sum(not run.joinpath("logs", *name).is_file() for name in names)
+    logs = (log_file(run, row.planner, row.scene_name) for row in load_rows(run))
+    return sum(not log.is_file() for log in logs)
 
 
 def _only(path: Path, tables: Mapping[str, Rows]) -> dict[str, Rows]:
@@ -130,7 +141,8 @@ def _only(path: Path, tables: Mapping[str, Rows]) -> dict[str, Rows]:
         name: {
             key: row
             for key, row in rows.items()
-            if (key[0], f"{key[1]}_{key[2]:04d}") == (path.parent.name, path.stem)
+            if log_file(Path(), key[0], f"{key[1]}_{key[2]:04d}").parts[-2:]
+            == path.parts[-2:]
         }
         for name, rows in tables.items()
     }

@@ -14,6 +14,17 @@ T = TypeVar("T")
 PARENT_S = 1.0  #: Time between two looks at whether the parent still lives [s].
 
 
+def usable_cores() -> int:
+    """Return how many processes can compute at once here, at least 1.
+
+    The cores that this process may use, by its affinity and its control group's quota,
+    which in a container or a batch job are fewer than the machine has.
+    """
+    import joblib  # Not paid for by `--help`.
+
+    return max(1, int(joblib.cpu_count()))
+
+
 def prepare_worker() -> None:
     """Leave Ctrl-C to the parent, which stops its workers itself, and end with it."""
     parent = multiprocessing.parent_process()

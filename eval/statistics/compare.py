@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from beacon_mj.eval.metrics.row import Row
 from beacon_mj.eval.statistics.bootstrap import bca_intervals
 from beacon_mj.eval.statistics.clusters import clusters_of
+from beacon_mj.eval.statistics.grouping import OVERALL, groups
 from beacon_mj.eval.statistics.intervals import holm, mcnemar, paired_rate_interval
 from beacon_mj.eval.statistics.missions import (
     MissionRow,
@@ -22,7 +23,7 @@ from beacon_mj.eval.statistics.missions import (
     whole_missions,
 )
 from beacon_mj.eval.statistics.pairing import Matched
-from beacon_mj.eval.statistics.summary import OVERALL, RATES
+from beacon_mj.eval.statistics.summary import RATES
 from beacon_mj.geometry import Array
 
 #: Compared columns; smaller is better in all of them.
@@ -109,7 +110,7 @@ class Cost(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class FamilyComparison(msgspec.Struct, frozen=True, kw_only=True):
-    """One family, or all: scenes, rates by name and costs by column."""
+    """One family, a suite, or all: scenes, rates by name and costs by column."""
 
     family: str
     scenes: int
@@ -123,16 +124,20 @@ class Comparison(msgspec.Struct, frozen=True, kw_only=True):
     Attributes:
         first: Label of the arm that is judged.
         baseline: Label of the other.
+        first_oracle: Whether the judged planner was told the truth.
+        baseline_oracle: Whether the other one was.
         left_out: Scenes that only one of them has.
         p_holm: McNemar's p-value of overall success, adjusted by Holm's procedure
             for the number of comparisons made together.
-        cells: Overall, then per family.
+        cells: Overall, then per family, and per suite where there are several.
         missions: The same of whole missions: sums over their days, on the missions that
             both have all days of; empty for runs without missions.
     """
 
     first: str
     baseline: str
+    first_oracle: bool = False
+    baseline_oracle: bool = False
     left_out: int
     p_holm: float
     cells: dict[str, FamilyComparison]
@@ -150,14 +155,17 @@ def compare_pairs(matched: Sequence[Matched]) -> list[Comparison]:
 
 
 def _comparison(matched: Matched) -> Comparison:
+    found = groups(matched.pairs, lambda pair: pair[1])
     missions = _missions(matched.pairs)
     return Comparison(
         first=matched.first,
         baseline=matched.baseline,
+        first_oracle=any(row.oracle for row, _ in matched.pairs),
+        baseline_oracle=any(row.oracle for _, row in matched.pairs),
         left_out=matched.left_out,
         p_holm=1.0,
-        cells=_cells(matched.pairs),
-        missions=_cells(missions) if missions else {},
+        cells={name: _cell(name, own) for name, own in found.items()},
+        missions=_by_family(missions) if missions else {},
     )
 
 
@@ -170,7 +178,9 @@ def _missions(pairs: Sequence[tuple[Row, Row]]) -> list[tuple[MissionRow, Missio
     return [(first[unit], base[unit]) for unit in base if unit in first]
 
 
-def _cells(pairs: Sequence[Pair]) -> dict[str, FamilyComparison]:
+def _by_family(
+    pairs: Sequence[tuple[MissionRow, MissionRow]],
+) -> dict[str, FamilyComparison]:
     families = dict.fromkeys(base.family for _, base in pairs)
     return {OVERALL: _cell(OVERALL, pairs)} | {
         name: _cell(name, [p for p in pairs if p[1].family == name])

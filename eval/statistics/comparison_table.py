@@ -9,7 +9,8 @@ from beacon_mj.eval.statistics.compare import (
     Difference,
     FamilyComparison,
 )
-from beacon_mj.eval.statistics.summary import OVERALL
+from beacon_mj.eval.statistics.grouping import OVERALL, shown
+from beacon_mj.eval.statistics.oracles import NOTE, marked
 from beacon_mj.rendering.tables import Listing, add_line, plain_table
 
 #: Columns of costs that a terminal has room for, with heading and digits.
@@ -52,11 +53,14 @@ class Comparisons(Listing[Comparison]):
         parts: list[Table | str] = []
         for comparison in self:
             parts += [_table(comparison, len(self)), ""]
-        return [*parts, LEGEND]
+        parts.append(LEGEND)
+        told = any(c.first_oracle or c.baseline_oracle for c in self)
+        return [*parts, NOTE] if told else parts
 
 
 def _table(comparison: Comparison, together: int) -> Table:
-    title = f"{comparison.first} against {comparison.baseline}"
+    first = marked(comparison.first, comparison.first_oracle)
+    title = f"{first} against {marked(comparison.baseline, comparison.baseline_oracle)}"
     if together > 1:
         title += f"; success: p {_p(comparison.p_holm)} among {together} (Holm)"
     table = plain_table(title, collapse_padding=True)
@@ -64,9 +68,8 @@ def _table(comparison: Comparison, together: int) -> Table:
     for heading in ("scenes\nboth", "success\np", *(h for h, _ in COSTS.values())):
         table.add_column(heading, justify="right", no_wrap=True)
     table.add_column("shorter\n%", justify="right", no_wrap=True)
-    found = [*comparison.cells.values()]
-    for each in found[1:] if len(found) == 2 else found:
-        add_line(table, each.family, *_numbers(each))
+    for name in shown([*comparison.cells]):
+        add_line(table, name, *_numbers(comparison.cells[name]))
     for name, each in comparison.missions.items():
         if name != OVERALL:
             add_line(table, f"{name}: missions", *_numbers(each))

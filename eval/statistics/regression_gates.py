@@ -4,7 +4,8 @@
 
 The left side is the difference `first - baseline` of a column: a rate over all scenes,
 a cost on scenes that both solved, or with `:all` over all. `.low` and `.high` are the
-ends of its 95 % interval.
+ends of its 95 % interval. Where several suites are compared, FAMILY may be
+`suite NAME`.
 """
 
 import operator
@@ -23,7 +24,7 @@ _OPERATORS: dict[str, Callable[[float, float], bool]] = {
     ">=": operator.ge,
 }
 _FORM = re.compile(
-    r"\s*(?:(?P<family>[\w.-]+)/)?(?P<column>\w+)(?P<all>:all)?"
+    r"\s*(?:(?P<family>(?:suite )?[\w.-]+|no suite)/)?(?P<column>\w+)(?P<all>:all)?"
     r"(?:\.(?P<end>low|high))?\s*(?P<sign><=|>=|<|>)\s*(?P<limit>\S+)\s*"
 )
 

@@ -9,11 +9,13 @@ from beacon_mj.eval.metrics.row import Row
 from beacon_mj.eval.runs.config import RunConfig
 from beacon_mj.eval.runs.frame import frame
 from beacon_mj.eval.runs.jobs import Fault
+from beacon_mj.eval.runs.log_files import log_file
 from beacon_mj.eval.runs.run_folder import load_config, load_rows
 from beacon_mj.eval.statistics.missions import mission_frame
 from beacon_mj.eval.statistics.summary import summarize
 from beacon_mj.eval.statistics.summary_table import SummaryTable
 from beacon_mj.rendering.tables import Tabular
+from beacon_mj.scene_gen.learning.rounds import cut_round
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -78,7 +80,19 @@ class Results(Tabular):
 
     def table(self) -> SummaryTable:
         """Return the tables: success, lengths, energy, and how episodes ended."""
-        return SummaryTable(self.summary())
+        return SummaryTable(self.summary(), self.notes())
+
+    def notes(self) -> list[str]:
+        """Return a line for each family of which the episodes cut a round."""
+        indices: dict[str, set[int]] = {}
+        for row in self.episodes:
+            indices.setdefault(row.family, set()).add(row.scene_index)
+        rounds = {n: each.round for n, each in self.config.scenes.items()}
+        lines = (
+            cut_round(name, len(own), rounds.get(name, 1))
+            for name, own in indices.items()
+        )
+        return [line for line in lines if line is not None]
 
     def tables(self) -> "Sequence[Table | str]":
         """Return the tables one by one."""
@@ -133,7 +147,7 @@ class Results(Tabular):
         Raises:
             RunError: If the episode left none.
         """
-        path = self.folder / "logs" / planner / f"{family}_{index:04d}.mcap"
+        path = log_file(self.folder, planner, f"{family}_{index:04d}")
         if not path.is_file():
             raise RunError(f"{path}: expected a log but the episode left none.")
         return path

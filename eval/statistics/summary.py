@@ -15,10 +15,12 @@ from beacon_mj.episode.trace import Outcome
 from beacon_mj.eval.metrics.row import Row, rows_sha256
 from beacon_mj.eval.statistics.bootstrap import bca_intervals
 from beacon_mj.eval.statistics.clusters import Clustered, clusters_of
+from beacon_mj.eval.statistics.grouping import OVERALL as OVERALL
+from beacon_mj.eval.statistics.grouping import groups
 from beacon_mj.eval.statistics.intervals import rate_interval
 from beacon_mj.eval.statistics.missions import SUMS, mission_row, whole_missions
+from beacon_mj.eval.statistics.oracles import oracles
 
-OVERALL = "overall"
 OUTCOMES: tuple[str, ...] = get_args(Outcome)
 RATES = ("success", "clean_success")
 #: Columns of which a table shows the mean over all, and the mean over successes.
@@ -61,6 +63,9 @@ Summary = dict[str, Any]
 def summarize(rows: Sequence[Row]) -> Summary:
     """Return all tables: `tables[planner][family or "overall"]` is one entry.
 
+    Where more than one suite is present there is one of each, `suite NAME`, too.
+    `oracles` names the planners that were told the truth.
+
     Args:
         rows: Rows of a run, in any order.
     """
@@ -70,6 +75,7 @@ def summarize(rows: Sequence[Row]) -> Summary:
     return {
         "episodes": len(ordered),
         "rows_sha256": rows_sha256(ordered),
+        "oracles": oracles(ordered),
         "tables": {
             p: _planner([r for r in ordered if r.planner == p]) for p in planners
         },
@@ -95,9 +101,7 @@ def mission_tables(rows: Sequence[Row]) -> dict[str, dict[str, Summary]]:
 
 
 def _planner(rows: Sequence[Row]) -> dict[str, Summary]:
-    families = dict.fromkeys(row.family for row in rows)
-    cells = {OVERALL: cell(rows)}
-    return cells | {f: cell([r for r in rows if r.family == f]) for f in families}
+    return {name: cell(own) for name, own in groups(rows, lambda row: row).items()}
 
 
 def cell(rows: Sequence[Row]) -> Summary:

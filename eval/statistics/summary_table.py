@@ -5,6 +5,8 @@ from typing import Any
 
 from rich.table import Table
 
+from beacon_mj.eval.statistics.grouping import shown
+from beacon_mj.eval.statistics.oracles import NOTE, marked, oracles_of
 from beacon_mj.eval.statistics.summary import OUTCOMES, OVERALL
 from beacon_mj.rendering.tables import Tabular, add_line, plain_table
 
@@ -29,23 +31,23 @@ LEGEND = (
 class SummaryTable(Tabular):
     """Overall and per-family tables, then how episodes ended."""
 
-    def __init__(self, summary: dict[str, Any]) -> None:
-        """Show a summary; see `summarize`."""
+    def __init__(self, summary: dict[str, Any], notes: Sequence[str] = ()) -> None:
+        """Show a summary, see `summarize`, and what is to be said of it."""
         self.summary = summary
+        self.notes = tuple(notes)
 
     def tables(self) -> Sequence[Table | str]:
         """Return a table a family, and one of the outcomes."""
-        cells = self.summary["tables"]
-        families = dict.fromkeys(f for own in cells.values() for f in own)
-        if len(families) == 2:  # One family: overall would say the same again.
-            del families[OVERALL]
+        cells, told = self.summary["tables"], oracles_of(self.summary)
+        names = dict.fromkeys(f for own in cells.values() for f in own)
         parts: list[Table | str] = []
-        for family in families:
-            parts += [_results(family, cells), ""]
+        for name in shown([*names]):
+            parts += [_results(name, cells, told), ""]
         missions = self.summary.get("missions", {})
         for family in dict.fromkeys(f for own in missions.values() for f in own):
-            parts += [_missions(family, missions), ""]
-        return [*parts, _outcomes(cells), LEGEND]
+            parts += [_missions(family, missions, told), ""]
+        notes = [NOTE, *self.notes] if told else self.notes
+        return [*parts, _outcomes(cells, told), LEGEND, *notes]
 
 
 def _table(title: str) -> Table:
@@ -54,7 +56,7 @@ def _table(title: str) -> Table:
     return table
 
 
-def _results(family: str, tables: dict[str, Any]) -> Table:
+def _results(family: str, tables: dict[str, Any], told: Sequence[str]) -> Table:
     """Return one table: a line a planner."""
     n = max(cells[family]["n"] for cells in tables.values() if family in cells)
     table = _table(f"{family}, {n} scenes")
@@ -62,7 +64,7 @@ def _results(family: str, tables: dict[str, Any]) -> Table:
         table.add_column(name, justify="right", no_wrap=True)
     for planner, cells in tables.items():
         if family in cells:
-            add_line(table, _label(planner), *_numbers(cells[family]))
+            add_line(table, _label(planner, told), *_numbers(cells[family]))
     return table
 
 
@@ -81,7 +83,7 @@ def _numbers(cell: dict[str, Any]) -> list[str]:
     ]
 
 
-def _missions(family: str, missions: dict[str, Any]) -> Table:
+def _missions(family: str, missions: dict[str, Any], told: Sequence[str]) -> Table:
     """Return one table of whole missions: a line a planner."""
     found = {name: own[family] for name, own in missions.items() if family in own}
     n = max(cell["n"] for cell in found.values())
@@ -97,7 +99,7 @@ def _missions(family: str, missions: dict[str, Any]) -> Table:
             ends = f"[{steps['low']:.0f},{steps['high']:.0f}]"
         add_line(
             table,
-            _label(planner),
+            _label(planner, told),
             f"{won['count']}/{won['n']}",
             _number(steps, 0),
             ends,
@@ -108,7 +110,7 @@ def _missions(family: str, missions: dict[str, Any]) -> Table:
     return table
 
 
-def _outcomes(tables: dict[str, Any]) -> Table:
+def _outcomes(tables: dict[str, Any], told: Sequence[str]) -> Table:
     """Return how the episodes of each planner ended, in counts."""
     total = {p: cells[OVERALL]["outcomes"] for p, cells in tables.items()}
     used = [o for o in OUTCOMES if any(counts[o] for counts in total.values())]
@@ -116,15 +118,16 @@ def _outcomes(tables: dict[str, Any]) -> Table:
     for outcome in used:
         table.add_column(outcome.replace("_", "\n"), justify="right")
     for planner, counts in total.items():
-        add_line(table, _label(planner), *(str(counts[o]) for o in used))
+        add_line(table, _label(planner, told), *(str(counts[o]) for o in used))
     return table
 
 
-def _label(planner: str) -> str:
+def _label(planner: str, told: Sequence[str]) -> str:
     """Return a planner's name, with the settings of a variant on their own lines."""
     name, bracket, settings = planner.partition("[")
     lines = settings.removesuffix("]").replace("protocol.", "").split(",")
-    return "\n ".join([name, *lines]) if bracket else planner
+    shown = marked(name, planner in told)
+    return "\n ".join([shown, *lines]) if bracket else shown
 
 
 def _percent(share: float | None) -> str:

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import msgspec
 
+from beacon_mj.errors import SceneError
 from beacon_mj.eval.metrics.row import Row
 from beacon_mj.eval.runs.config import (
     RunConfig,
@@ -14,6 +15,7 @@ from beacon_mj.eval.runs.config import (
 from beacon_mj.eval.runs.lineup import planner_entries
 from beacon_mj.eval.runs.runner import plan, run_jobs
 from beacon_mj.eval.runs.versions import versions
+from beacon_mj.files import replacing
 from beacon_mj.scene.files import load_scene
 
 ORACLE = "clairvoyant"  #: Who proves what can be done.
@@ -76,6 +78,7 @@ def store(path: Path, simulated: str) -> None:
     if scene.certificate.simulated == simulated:
         return
     certificate = msgspec.structs.replace(scene.certificate, simulated=simulated)
-    part = path.with_name(path.name + ".part")
-    part.write_bytes(msgspec.structs.replace(scene, certificate=certificate).to_json())
-    part.replace(path)
+    with replacing(path, SceneError) as part:
+        part.write_bytes(
+            msgspec.structs.replace(scene, certificate=certificate).to_json()
+        )

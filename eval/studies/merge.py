@@ -21,6 +21,7 @@ from beacon_mj.eval.runs.run_folder import (
 from beacon_mj.eval.runs.runner import plan
 from beacon_mj.eval.runs.shards import Shard
 from beacon_mj.eval.statistics.summary import summarize
+from beacon_mj.files import files_below, replacing
 
 
 def merge(out: Path, folders: Sequence[Path]) -> list[Row]:
@@ -115,13 +116,14 @@ def _finished(path: Path, config: RunConfig) -> list[Row]:
 
 def _take_logs(shard: Path, out: Path) -> None:
     """Link or copy whole logs; an unfinished one (.part) stays where it is."""
-    for log in sorted((shard / "logs").rglob("*.mcap")):
+    for log in files_below(shard / "logs", ".mcap"):
         target = out / log.relative_to(shard)
         target.parent.mkdir(parents=True, exist_ok=True)
         with contextlib.suppress(OSError):
             os.link(log, target)
         if not target.exists():
-            shutil.copy2(log, target)
+            with replacing(target, RunError) as part:
+                shutil.copy2(log, part)
 
 
 def _some(names: Sequence[str]) -> str:

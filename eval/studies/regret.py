@@ -35,8 +35,8 @@ from beacon_mj.eval.runs.lineup import PlannerChoice, planner_entries
 from beacon_mj.eval.runs.runner import NOBODY, plan, run_jobs
 from beacon_mj.eval.runs.variants import Values
 from beacon_mj.eval.statistics.clusters import clusters_of
+from beacon_mj.eval.statistics.grouping import groups
 from beacon_mj.eval.statistics.intervals import Interval, mean_interval, paired_interval
-from beacon_mj.eval.statistics.summary import OVERALL
 from beacon_mj.eval.studies.certify import ORACLE
 from beacon_mj.scene import Profile
 
@@ -75,10 +75,11 @@ def regret_runs(
     planner: PlannerChoice,
     settings: Values = (),
     families: Sequence[str] = (),
-    scenes_per_family: int = 100,
+    scenes_per_family: int | None = None,
     seed: int = 0,
     perception: Profile = "noisy",
     templates: Path | None = None,
+    suites: Sequence[str] = (),
 ) -> tuple[dict[str, RunConfig], list[SceneRef]]:
     """Return the runs that measure a planner's regret, by name, and their scenes.
 
@@ -98,6 +99,7 @@ def regret_runs(
         seed=seed,
         perception="truth",
         templates=templates,
+        suites=suites,
     )
     replace = msgspec.structs.replace
     oracle = replace(base, planners=planner_entries([ORACLE], ())[0])
@@ -138,12 +140,9 @@ def decompose(rows: Sequence[tuple[str, Row]]) -> list[Price]:
     scenes: dict[tuple[str, int], dict[str, Row]] = {}
     for name, row in rows:
         scenes.setdefault((row.family, row.scene_index), {})[name] = row
-    families = dict.fromkeys(family for family, _ in sorted(scenes))
-    prices = []
-    for family in (OVERALL, *families):
-        own = [scenes[k] for k in sorted(scenes) if family in (OVERALL, k[0])]
-        prices += _prices(family, own)
-    return prices
+    ordered = [scenes[key] for key in sorted(scenes)]
+    found = groups(ordered, lambda scene: next(iter(scene.values())))
+    return [price for name, own in found.items() for price in _prices(name, own)]
 
 
 def _prices(family: str, scenes: list[dict[str, Row]]) -> list[Price]:

@@ -4,6 +4,8 @@ from collections.abc import Sequence
 
 from rich.table import Table
 
+from beacon_mj.eval.statistics.grouping import shown
+from beacon_mj.eval.statistics.oracles import NOTE, marked
 from beacon_mj.eval.studies.regret import Price
 from beacon_mj.rendering.tables import Tabular, add_line, plain_table
 
@@ -20,23 +22,35 @@ class Regret(Tabular):
 
     Attributes:
         planner: Its name.
+        oracle: Whether it is told the truth about each world.
         prices: The parts, overall and per family.
+        notes: What is to be said of the scenes.
     """
 
-    def __init__(self, planner: str, prices: Sequence[Price]) -> None:
+    def __init__(
+        self,
+        planner: str,
+        prices: Sequence[Price],
+        notes: Sequence[str] = (),
+        *,
+        oracle: bool = False,
+    ) -> None:
         """Hold the parts; see `beacon_mj.regret`, which measures them."""
         self.planner = planner
+        self.oracle = oracle
         self.prices = tuple(prices)
+        self.notes = tuple(notes)
 
     def tables(self) -> Sequence[Table | str]:
         """Return a table a family."""
-        families = [*dict.fromkeys(price.family for price in self.prices)]
-        shown = families[1:] if len(families) == 2 else families
-        return [*(self._table(family) for family in shown), LEGEND]
+        names = [*dict.fromkeys(price.family for price in self.prices)]
+        notes = [NOTE, *self.notes] if self.oracle else self.notes
+        return [*map(self._table, shown(names)), LEGEND, *notes]
 
     def _table(self, family: str) -> Table:
         own = [price for price in self.prices if price.family == family]
-        title = f"{self.planner}, {family}: {own[0].scenes} of {own[0].of} scenes"
+        who = marked(self.planner, self.oracle)
+        title = f"{who}, {family}: {own[0].scenes} of {own[0].of} scenes"
         table = plain_table(title)
         table.add_column("", min_width=12)
         for heading in ("steps", "%", "path m", "%", "energy J", "%"):

@@ -36,6 +36,7 @@ from beacon_mj.eval.studies.parameter_grid import (
 )
 from beacon_mj.scene import Profile
 
+SCENES = 10  #: Scenes per family of each split, unless the user says otherwise.
 FIRST_SEED = 1000  #: Seeds of selection splits begin here.
 AGAINST = ("bug1", "bug2", "dstar-lite")  #: Who else is in Table III.
 
@@ -49,8 +50,10 @@ class SweepRequest(msgspec.Struct, frozen=True, kw_only=True):
         planner: Name or `file.py:Class`.
         settings: Further values, `planner.field=value` or `protocol.field=value`.
         grid: See `settings_of`.
-        families: Scene families; none for all.
-        scenes_per_family: Scenes per family, of each split.
+        families: Scene families; none for those of the suites.
+        scenes_per_family: Scenes per family, of each split; None for `SCENES`, or the
+            whole rounds nearest to it.
+        suites: Suites, in place of families; none for `paper-v1`.
         select_seed: Seed of the scenes on which a configuration is selected.
         seed: Seed of the scenes on which it is reported.
         perception: Profile.
@@ -64,7 +67,8 @@ class SweepRequest(msgspec.Struct, frozen=True, kw_only=True):
     settings: tuple[str, ...] = ()
     grid: Grid = "one-at-a-time"
     families: tuple[str, ...] = ()
-    scenes_per_family: int = 10
+    scenes_per_family: int | None = None
+    suites: tuple[str, ...] = ()
     select_seed: int = FIRST_SEED
     seed: int = 0
     perception: Profile = "noisy"
@@ -152,6 +156,8 @@ def _config(
         scenes_per_family=request.scenes_per_family,
         seed=seed,
         perception=request.perception,
+        suites=request.suites,
+        about=SCENES,
     )
 
 

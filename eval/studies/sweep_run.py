@@ -1,6 +1,6 @@
 """All stages of a sweep, one run folder each, and the tables that come out of them."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -8,6 +8,7 @@ import msgspec
 
 from beacon_mj.errors import RunError
 from beacon_mj.eval.metrics.row import Row
+from beacon_mj.eval.runs.config import cut_rounds
 from beacon_mj.eval.runs.experiment import run_stage
 from beacon_mj.eval.runs.progress import Progress
 from beacon_mj.eval.runs.variants import variant_name
@@ -20,6 +21,7 @@ from beacon_mj.eval.studies.parameter_grid import (
     settings_of,
 )
 from beacon_mj.eval.studies.sweep import Score, Span, SweepRequest
+from beacon_mj.files import replacing
 
 REQUEST, RESULT = "request.json", "sweep.json"
 
@@ -79,7 +81,11 @@ class Result(msgspec.Struct, frozen=True, kw_only=True):
 
 
 def run_sweep(
-    request: SweepRequest, out: Path, workers: int, stage: Progress
+    request: SweepRequest,
+    out: Path,
+    workers: int,
+    stage: Progress,
+    tell: Callable[[str], None] = lambda _: None,
 ) -> Result:
     """Run, or go on with, a sweep.
 
@@ -88,14 +94,18 @@ def run_sweep(
         out: Folder of the sweep: new, or of the same request.
         workers: Processes.
         stage: Opens each stage's progress.
+        tell: Told before the start of rounds that are cut.
 
     Raises:
         BeaconError: If an option is no good, or the folder is another sweep's.
     """
     lines, base = stages.swept_lines(request), stages.base_entry(request)
     settings = settings_of(lines, request.grid)
-    stages.select_config(request, settings)  # So that nothing is written if it is bad.
+    # Before anything is written, for it may be bad.
+    config, _ = stages.select_config(request, settings)
     _claim(request, out)
+    for note in cut_rounds(config.scenes):
+        tell(note)
     found = _select(request, out / "select", settings, workers, stage)
     alone: dict[str, str | None] = dict.fromkeys(line.field for line in lines)
     if request.grid == "one-at-a-time":
@@ -145,9 +155,9 @@ def _claim(request: SweepRequest, out: Path) -> None:
 
 
 def _write(path: Path, value: SweepRequest | Result) -> None:
-    part = path.with_name(f"{path.name}.part")
-    part.write_bytes(msgspec.json.format(msgspec.json.encode(value), indent=1) + b"\n")
-    part.replace(path)
+    text = msgspec.json.format(msgspec.json.encode(value), indent=1) + b"\n"
+    with replacing(path, RunError) as part:
+        part.write_bytes(text)
 
 
 def _select(

@@ -6,6 +6,7 @@ from pathlib import Path
 from rich.table import Table
 
 from beacon_mj.eval.runs.variants import variant_name
+from beacon_mj.eval.statistics.oracles import NOTE, marked, oracles_of
 from beacon_mj.eval.statistics.summary import OVERALL
 from beacon_mj.eval.studies.sweep import Score
 from beacon_mj.eval.studies.sweep_run import Gain, Line, Result
@@ -41,6 +42,7 @@ class Sweep(Tabular):
             _table_iii(found),
             _gained(found.gain),
             LEGEND,
+            *([NOTE] if oracles_of(found.report) else []),
         ]  # fmt: skip
 
 
@@ -85,7 +87,8 @@ def _table_iii(result: Result) -> Table:
         cell = cells[OVERALL]
         energy = cell["mean"]["energy_j"]
         ends = (energy["mean"], energy["low"], energy["high"])
-        who = f"{planner} (selected)" if planner == result.name else planner
+        who = marked(planner, planner in oracles_of(result.report))
+        who += " (selected)" if planner == result.name else ""
         add_line(table, who, *_success(cell["success"]), _span(*ends))
     return table
 

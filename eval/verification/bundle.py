@@ -18,6 +18,7 @@ from beacon_mj.errors import BeaconError, RunError
 from beacon_mj.eval.metrics.row import rows_sha256
 from beacon_mj.eval.runs.code_record import check_code, code_files
 from beacon_mj.eval.runs.config import RunConfig, stored_scenes
+from beacon_mj.eval.runs.log_files import LOGS
 from beacon_mj.eval.runs.run_folder import (
     CONFIG,
     LINES,
@@ -26,7 +27,7 @@ from beacon_mj.eval.runs.run_folder import (
     load_config,
     load_rows,
 )
-from beacon_mj.rendering.files import replacing
+from beacon_mj.files import file_name, files_below, replacing
 from beacon_mj.scene_gen.family import family_sha256
 
 FORMAT = 1  #: Of the manifest.
@@ -108,11 +109,11 @@ def _contents(run: Path, config: RunConfig) -> Iterator[tuple[str, Path | bytes]
     for name in (CONFIG, LINES, TABLE, SUMMARY, REPORT):
         if (run / name).is_file():
             yield f"run/{name}", run / name
-    for log in (run / "logs").rglob("*.mcap"):
+    for log in files_below(run / LOGS, ".mcap"):
         yield f"run/{log.relative_to(run).as_posix()}", log
     for entry in config.planners:
         for name, data in _code(run, entry).items():
-            yield f"planners/{entry.base}/{name}", data
+            yield f"planners/{file_name(entry.base)}/{name}", data
     if config.scene_dir is not None:
         yield from _scenes(config)
     elif config.templates is not None:

@@ -14,7 +14,7 @@ import msgspec
 
 from beacon_mj.errors import RunError
 from beacon_mj.eval.metrics.row import Row
-from beacon_mj.eval.runs.config import RunConfig, scene_refs
+from beacon_mj.eval.runs.config import RunConfig, scene_refs, with_count
 from beacon_mj.eval.runs.lineup import PYTHON
 from beacon_mj.eval.runs.progress import Progress, quiet
 from beacon_mj.eval.runs.runner import plan, run_jobs
@@ -114,10 +114,11 @@ def _configured(
         raise RunError(
             f"{run}: {handed[0]} was given as a Python class and cannot be run again."
         )
+    if scenes_per_family is not None:
+        config = with_count(config, scenes_per_family)
     return msgspec.structs.replace(
         guarded(config),
         seed=seed,
-        scenes_per_family=scenes_per_family or config.scenes_per_family,
         shard=None,
         log="none",
     )

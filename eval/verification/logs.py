@@ -9,6 +9,7 @@ import msgspec
 from beacon_mj.eval.metrics.row import Row
 from beacon_mj.eval.runs.config import RunConfig
 from beacon_mj.eval.runs.jobs import planner_seed
+from beacon_mj.eval.runs.log_files import log_file
 from beacon_mj.eval.verification.checks import Check
 from beacon_mj.recording.provenance import to_json
 from beacon_mj.recording.verify import Verification
@@ -57,6 +58,7 @@ def _strange(config: RunConfig, log: Verification) -> Iterator[str]:
         "planner_config": _plain(to_json(entry.config)),
         "protocol": _plain(to_json(config.protocol_of(name))),
         "planner_seed": _seed(config, said),
+        "oracle": entry.oracle or None,
     }
     if config.scene_dir is None:
         wanted["scene_seed"] = config.seed
@@ -105,7 +107,7 @@ def _missing(run: Path, config: RunConfig, rows: Sequence[Row]) -> list[str]:
         for row in rows
         if row.outcome not in _LOST
         and not (config.log == "failures" and row.clean_success)
-        and not (run / "logs" / row.planner / f"{row.scene_name}.mcap").is_file()
+        and not log_file(run, row.planner, row.scene_name).is_file()
     ]
     if not lacking:
         return []

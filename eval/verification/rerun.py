@@ -15,6 +15,7 @@ from beacon_mj.errors import BeaconError
 from beacon_mj.eval.metrics.row import Row
 from beacon_mj.eval.runs.config import PlannerEntry, RunConfig, SceneRef
 from beacon_mj.eval.runs.lineup import PYTHON
+from beacon_mj.eval.runs.log_files import log_file
 from beacon_mj.eval.runs.runner import plan, run_jobs
 from beacon_mj.eval.verification.checks import Check
 from beacon_mj.recording.differences import first_difference
@@ -47,7 +48,7 @@ def check_planners(
     logs = 0
     try:
         for row, path in _episodes(again, refs, kept, workers):
-            log = run / "logs" / row.planner / f"{row.scene_name}.mcap"
+            log = log_file(run, row.planner, row.scene_name)
             problem = row_difference(kept[row.key], row)
             if problem is None and log.is_file() and path is not None:
                 logs += 1
@@ -100,7 +101,7 @@ def _episodes(
         count = max(1, min(workers, len(planned)))
         for rows in run_jobs(config, planned, folder, count):
             for row in rows:
-                path = folder / "logs" / row.planner / f"{row.scene_name}.mcap"
+                path = log_file(folder, row.planner, row.scene_name)
                 if row.key in kept:
                     yield row, path if path.is_file() else None
                 path.unlink(missing_ok=True)

@@ -10,11 +10,13 @@ from beacon_mj.errors import BeaconError
 from beacon_mj.eval.metrics.row import Row
 from beacon_mj.eval.runs.config import RunConfig, SceneRef, load_ref
 from beacon_mj.eval.runs.worker_process import in_parallel
+from beacon_mj.eval.statistics.grouping import NO_SUITE
 from beacon_mj.eval.verification.checks import Check
 from beacon_mj.scene import Scene
 from beacon_mj.scene_gen.family import family_paths, family_sha256
 from beacon_mj.scene_gen.generate import generate_scene
 from beacon_mj.scene_gen.perception import perceive
+from beacon_mj.scene_gen.suites import released_suite, suite_of
 
 
 class Found(NamedTuple):
@@ -24,11 +26,13 @@ class Found(NamedTuple):
         sha256: Its hash; empty if it could not be made.
         problem: Why not, or how the stored one differs from it.
         generated: Whether it came from the generator, and not from a file alone.
+        suite: The released suite that it is of, if any.
     """
 
     sha256: str
     problem: str
     generated: bool
+    suite: str | None = None
 
 
 def check_scenes(
@@ -52,6 +56,7 @@ def check_scenes(
     """
     problems = list(_families(run, config))
     hashes = {(row.family, row.scene_index): row.scene_sha256 for row in rows}
+    claims = {(row.family, row.scene_index): row.suite for row in rows}
     wanted = [ref for ref in refs if (ref.family, ref.index) in hashes]
     generated = 0
     for ref, found in in_parallel(_made, [(config, ref) for ref in wanted], workers):
@@ -64,6 +69,11 @@ def check_scenes(
                 f"{run}: {ref.family}_{ref.index:04d} is not what its family, index "
                 f"and seed give: {stored[:12]} in the rows, {found.sha256[:12]} made "
                 "again"
+            )
+        elif (claim := claims[ref.family, ref.index]) != found.suite:
+            problems.append(
+                f"{run}: {ref.family}_{ref.index:04d} is of "
+                f"{claim or NO_SUITE} in the rows, but of {found.suite or NO_SUITE}"
             )
     note = f"{generated} scenes generated again"
     if kept := len(wanted) - generated:
@@ -87,6 +97,13 @@ def _families(run: Path, config: RunConfig) -> Mapping[str, None]:
     """Return a line for each family whose files are others now."""
     if config.scene_dir is not None:
         return {}
+    for name, each in config.scenes.items():
+        suite = released_suite(name, config.families.get(name, ""))
+        if each.suite != suite:
+            return {
+                f"{run}: family {name} is of {each.suite or NO_SUITE} in its "
+                f"configuration, but of {suite or NO_SUITE}": None
+            }
     templates = None if config.templates is None else Path(config.templates)
     lines: dict[str, None] = {}
     for name, digest in config.families.items():
@@ -104,7 +121,8 @@ def _made(config: RunConfig, ref: SceneRef) -> tuple[SceneRef, Found]:
     """Make one scene of a run anew."""
     try:
         if ref.path is None:
-            return ref, Found(_generated(config, ref).sha256, "", True)
+            suite = released_suite(ref.family, config.families[ref.family])
+            return ref, Found(_generated(config, ref).sha256, "", True, suite)
         return ref, _stored(config, ref)
     except BeaconError as error:
         return ref, Found("", str(error), False)
@@ -126,7 +144,7 @@ def _stored(config: RunConfig, ref: SceneRef) -> Found:
     if config.perception not in (None, plain.perception):
         ours = perceive(ours, config.perception, config.seed)
     if ours.sha256 == scene.sha256:
-        return Found(scene.sha256, "", True)
+        return Found(scene.sha256, "", True, suite_of(ref.family))
     return Found(
         scene.sha256,
         f"{ref.path}: is not what family {ref.family} gives for index {ref.index} and "

@@ -11,6 +11,7 @@ from beacon_mj.errors import RunError
 from beacon_mj.eval.runs.config import PlannerEntry, RunConfig
 from beacon_mj.eval.runs.run_folder import load_config
 from beacon_mj.eval.verification.bundle import FORMAT, MANIFEST
+from beacon_mj.files import file_name
 
 MAX_BYTES = 4 * 2**30  #: Of a bundle, which is as large as what it holds.
 MAX_FILE_BYTES = 2**29  #: Of one file in it.
@@ -90,7 +91,7 @@ def _relocated(entry: PlannerEntry, folder: Path) -> PlannerEntry:
     if not entry.home:
         return entry
     name = Path(entry.home.replace("\\", "/")).name
-    home = folder / "planners" / PurePosixPath(entry.base).name / name
+    home = folder / "planners" / file_name(entry.base) / name
     return msgspec.structs.replace(entry, home=str(home))
 
 

@@ -1,6 +1,7 @@
 """The certificate of the value of learning: from prior and geometry, exactly."""
 
 from collections.abc import Iterable
+from typing import NamedTuple
 
 import numpy as np
 
@@ -130,8 +131,8 @@ class _Drive:
         self, room: Room, robot: Robot, bounds: Bounds, doors: dict[str, Obstacle]
     ) -> None:
         self._robot, self._bounds = robot, bounds
-        self._walls = [o.footprint for o in room.walls]
-        self._doors = {name: o.footprint for name, o in doors.items()}
+        self._walls = [_Solid.of(o.footprint) for o in room.walls]
+        self._doors = {name: _Solid.of(o.footprint) for name, o in doors.items()}
         self._known: dict[tuple[Point, Point, str | None], float] = {}
 
     def before(self, door: Door) -> Point:
@@ -163,8 +164,8 @@ class _Drive:
         # Only what lies between the two can be in the way.
         low = min(start[0], goal[0]) - 1.0
         high = max(start[0], goal[0]) + 1.0
-        shut = [f for name, f in self._doors.items() if name != without]
-        near = [f for f in (*self._walls, *shut) if _meets(f, low, high)]
+        shut = [s for name, s in self._doors.items() if name != without]
+        near = [s.footprint for s in (*self._walls, *shut) if s.meets(low, high)]
         path = shortest_path(
             np.array(start),
             np.array(goal),
@@ -181,6 +182,17 @@ class NoWayError(Exception):
     """A proposal in which a stage cannot be driven."""
 
 
-def _meets(footprint: Footprint, low: float, high: float) -> bool:
-    west, _, east, _ = footprint.polygon().bounds
-    return bool(east >= low and west <= high)
+class _Solid(NamedTuple):
+    """A footprint, and where it ends in the west and in the east [m]."""
+
+    footprint: Footprint
+    west: float
+    east: float
+
+    @classmethod
+    def of(cls, footprint: Footprint) -> "_Solid":
+        west, _, east, _ = footprint.polygon().bounds
+        return cls(footprint, float(west), float(east))
+
+    def meets(self, low: float, high: float) -> bool:
+        return self.east >= low and self.west <= high

@@ -5,6 +5,7 @@ geometry; throw it away if that is less than promised; only then draw what is tr
 no scene is kept or thrown away for what is true of it, and the prior holds.
 """
 
+import functools
 from collections.abc import Mapping
 
 import msgspec
@@ -36,6 +37,8 @@ from beacon_mj.scene_gen.rooms import robot_of, sensing_of, workspace_m
 from beacon_mj.streams import stream
 
 PROPOSALS = 200  #: Proposals per scene before giving up.
+#: The same where none of them is worth half of what is promised.
+HOPELESS = 20
 FAIL_S, PASS_S = 2.0, 0.7  #: What pushes cost where the family does not say [s].
 MARGIN_M = 0.02  #: Clearance beyond the disc at which certified ways still exist.
 
@@ -59,9 +62,7 @@ def generate_learning_scene(
     """
     days = family.whole("day_count") if "day_count" in family.numerics else None
     number, day = (index, 0) if days is None else divmod(index, days)
-    rng = stream("scene", seed, family.name, "room", number)
-    room, learning = _promised(family, rng, f"index {index}, seed {seed}")
-    names = _names(room, rng)
+    room, learning, names = _accepted(family, seed, number)
     doors = _true_doors(family, room, seed, number, day)
     start, goal = room.ways[day]
     scene = Scene(
@@ -88,9 +89,7 @@ def generate_learning_scene(
             f"{family.source}: expected closed doors to leave no way, and open ones "
             f"one, but they did not for index {index}, seed {seed}."
         )
-    certificate = msgspec.structs.replace(
-        certificate, learning=_renamed(learning, names)
-    )
+    certificate = msgspec.structs.replace(certificate, learning=learning)
     scene = msgspec.structs.replace(scene, certificate=certificate)
     scene = perceive(scene, perception, seed)
     check_scene(scene)
@@ -106,13 +105,29 @@ _UNPROVED = Certificate(
 )
 
 
+@functools.lru_cache(maxsize=4)
+def _accepted(
+    family: Family, seed: int, number: int
+) -> tuple[Room, LearningCertificate, Mapping[str, str]]:
+    """Return a room, its certificate, and the names that its obstacles have.
+
+    The days of a mission share all three: they are worked out for the first of them.
+    """
+    rng = stream("scene", seed, family.name, "room", number)
+    room, learning = _promised(family, rng, f"room {number}, seed {seed}")
+    names = _names(room, rng)
+    return room, _renamed(learning, names), names
+
+
 def _promised(
     family: Family, rng: np.random.Generator, which: str
 ) -> tuple[Room, LearningCertificate]:
     """Return the first proposal in which learning is worth what the family promises."""
     promise = family.value("learning_value", 0.0)
-    best = 0.0
-    for _ in range(PROPOSALS):
+    best: float | None = None
+    tried = 0
+    while tried < (HOPELESS if 2.0 * (best or 0.0) < promise else PROPOSALS):
+        tried += 1
         room = LEARNING_LAYOUTS[family.layout](family, rng)
         try:
             certificate = _certified(family, room)
@@ -120,10 +135,15 @@ def _promised(
             continue
         if certificate.value_s >= promise:
             return room, certificate
-        best = max(best, certificate.value_s)
+        best = max(best or 0.0, certificate.value_s)
+    if best is None:
+        raise GenerationError(
+            f"{family.source}: expected rooms that a robot can cross but none of "
+            f"{tried} proposals for {which} was one."
+        )
     raise GenerationError(
         f"{family.source}: expected learning to be worth {promise:g} s but in "
-        f"{PROPOSALS} proposals for {which} it was at most {best:.2f} s."
+        f"{tried} proposals for {which} it was at most {best:.2f} s."
     )
 
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from beacon_mj.errors import GenerationError
+from beacon_mj.errors import GenerationError, TemplateError
 from beacon_mj.scene_gen.family import Family
 from beacon_mj.scene_gen.learning.room import Door, Part
 from beacon_mj.scene_gen.rooms import robot_of
@@ -70,6 +70,13 @@ def kind_latent(
 ) -> KindLatent:
     """Return the latent of `labels` kinds, of which not all are alike."""
     prior = family.value("kind_prior")
+    limit = FEASIBLE * robot_of(family).force_max_n
+    heaviest = family.range("door_force")[1]
+    if heaviest > limit:
+        raise TemplateError(
+            f"{family.source}: expected numeric 'door_force' to be at most {limit:g} "
+            f"N, which the robot can push, but it was up to {heaviest:g}."
+        )
     bits = [
         b for b in itertools.product((0, 1), repeat=labels) if 0 < b.count(1) < labels
     ]
@@ -82,7 +89,7 @@ def kind_latent(
         reliability=given,
         prior=prior,
         error=family.value("door_force_error"),
-        limit_n=FEASIBLE * robot_of(family).force_max_n,
+        limit_n=limit,
     )
 
 
@@ -161,10 +168,16 @@ def load_latent(family: Family) -> LoadLatent:
     )
 
 
+def dealt_in_rounds(part: Part) -> bool:
+    """Whether the worlds of a part are equally probable, and dealt in rounds."""
+    weights = part.latent.weights
+    return max(weights) - min(weights) <= 1e-12
+
+
 def deal(part: Part, family: str, seed: int, number: int) -> int:
     """Return the world of a part in the scene, or mission, of that number."""
     weights = part.latent.weights
-    if max(weights) - min(weights) > 1e-12:
+    if not dealt_in_rounds(part):
         rng = stream("scene", seed, family, "world", part.key, number)
         return int(rng.choice(len(weights), p=weights))
     turn, place = divmod(number, len(weights))

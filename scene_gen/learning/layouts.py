@@ -37,6 +37,8 @@ CORNER_M = 0.25  #: Least distance of a door's edge from the room's walls.
 JITTER_M = 0.4  #: Offset of the middle door from the middle of the room, at most.
 #: Offset of a lock's opening, at most: from the middle of the room, or the middle door.
 LOCK_M, LOCK_BEHIND_M = 0.7, 0.4
+BEHIND_LOCK_M = 0.8  #: From a lock to the next row of doors, at least.
+PIECE_M = 0.05  #: Least piece of wall between two doors.
 START_M = 1.0  #: Offset of start and goal from the middle of the room, at most.
 
 
@@ -53,6 +55,7 @@ def look_alikes(family: Family, rng: np.random.Generator) -> Room:
     kinds = _kinds(family)
     height = workspace_m(family)[3]
     low, high = family.range("door_spacing")
+    _check_apart(family, "door_spacing", low)
     reach = 0.5 * (len(kinds) - 1) * high + 0.5 * family.range("door_width")[1]
     jitter = min(JITTER_M, 0.5 * height - reach - CORNER_M)
     if jitter < 0.0:
@@ -79,6 +82,8 @@ def unweighed(family: Family, rng: np.random.Generator) -> Room:
     """Barriers in a row, in each two doors that look heavy and a light one far off."""
     height = workspace_m(family)[3]
     near, far = family.value("near_door_offset"), family.value("far_door_offset")
+    _check_apart(family, "near_door_offset", near)
+    _check_apart(family, "far_door_offset", far)
     edge = 0.5 * family.range("door_width")[1] + CORNER_M + 0.1
     shift = max(0.0, far + edge - 0.5 * height)
     if near + shift + edge > 0.5 * height:
@@ -162,6 +167,13 @@ def _locked(
         raise TemplateError(
             f"{family.source}: expected a workspace of at least {needed:.2f} m from "
             f"west to east for {count} barriers but it was {length:g} m."
+        )
+    behind = family.value("lock_distance")
+    if count > 1 and behind + BEHIND_LOCK_M > pitch:
+        raise TemplateError(
+            f"{family.source}: expected numeric 'lock_distance' to be at most "
+            f"{pitch - BEHIND_LOCK_M:g} m, so that the next row is clear of the lock, "
+            f"but it was {behind:g}."
         )
     start, goal = _way(rng, length, height, START_M)
     rows, walls = [], list[Obstacle]()
@@ -252,6 +264,16 @@ def _parts(
         Part(key=f"{unit}_{k}", latent=latent, stages=(stage,))
         for k, stage in enumerate(stages)
     )
+
+
+def _check_apart(family: Family, name: str, spacing_m: float) -> None:
+    """Raise if doors at a distance of that name would leave no wall between them."""
+    needed = family.range("door_width")[1] + 2.0 * SEAM_M + PIECE_M
+    if spacing_m < needed:
+        raise TemplateError(
+            f"{family.source}: expected numeric {name!r} to be at least {needed:g} m "
+            f"for doors of that width but it was {spacing_m:g}."
+        )
 
 
 def _kinds(family: Family) -> list[str]:

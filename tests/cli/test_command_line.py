@@ -267,14 +267,34 @@ def test_generate_writes_scenes_and_worlds(capsys: pytest.CaptureFixture[str]) -
 def test_lists(capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.run(["planners"]) == 0
     assert cli.run(["planners", "push-through"]) == 0
+    planners, _ = capsys.readouterr()
     assert cli.run(["families"]) == 0
     out, _ = capsys.readouterr()
     for word in ("bug1, bug", "dstar-lite", "push-through.speed_share", "collision-"):
-        assert word in out
+        assert word in planners + out
     (line,) = [row for row in out.splitlines() if "lookalike-doors " in row]
     assert line.split() == [
-        "lookalike-doors", "learning-v1", "look-alikes", "-", ">=", "6", "s"
-    ]  # fmt: skip
+        "lookalike-doors",
+        "look-alikes",
+        "-",
+        ">=",
+        "6",
+        "s",
+        "102",
+    ]
+    assert "suite learning-v1" in out
+    assert max(len(row) for row in out.splitlines() if "/" not in row) <= 80
+
+
+def test_the_families_of_a_suite(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.run(["families", "--suite", "hard-v1"]) == 0
+    out, _ = capsys.readouterr()
+    assert "hard-shortcut" in out
+    assert "lookalike" not in out
+    assert cli.run(["families", "--suite", "hard"]) == cli.BAD_INPUT
+    _, err = capsys.readouterr()
+    assert "Unknown suite 'hard'. Did you mean 'hard-v1'?" in err
+    assert len(err.splitlines()) == 1
 
 
 @pytest.mark.parametrize("planner", ["beacon", "beacon-voi", "semantic", "impact"])

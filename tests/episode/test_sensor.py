@@ -1,6 +1,7 @@
 """The sensor: range, memory, options, and that no truth crosses."""
 
 import dataclasses
+import math
 from collections.abc import Iterator
 
 import msgspec
@@ -31,7 +32,7 @@ def at_gap(name: str, gap_m: float, angle: float = 0.0) -> Obstacle:
     """A disc whose outline is `gap_m` from the robot's body."""
     reach = 0.12 + gap_m + 0.1
     return ball(
-        name, START_M[0] + reach * np.cos(angle), START_M[1] + reach * np.sin(angle)
+        name, START_M[0] + reach * math.cos(angle), START_M[1] + reach * math.sin(angle)
     )
 
 

@@ -147,7 +147,7 @@ def test_only_oracles_are_told(guarded: bool) -> None:
 
 
 def test_a_guarded_oracle_is_told() -> None:
-    trace = run_episode(scene("sparse"), Guarded(Clairvoyant))
+    trace = run_episode(scene("sparse"), Guarded(Clairvoyant), oracle=True)
     np.testing.assert_array_equal(positions(trace), positions(solved("sparse")))
 
 

@@ -109,7 +109,8 @@ def test_other_readers_decode_every_topic(damage: Sample) -> None:
             assert schema is not None
             assert message.DESCRIPTOR.full_name == schema.name == TOPICS[channel.topic]
             found[channel.topic] = found.get(channel.topic, 0) + 1
-    assert found.keys() == TOPICS.keys()
+    # A sensor without errors of its own tells nothing but the truth.
+    assert found.keys() == TOPICS.keys() - {"/told"}
     assert found["/step"] == found["/state"] == len(damage.trace.steps) + 1
 
 

@@ -20,7 +20,7 @@ from beacon_mj.scene.certificates import free_path
 from beacon_mj.scene.files import parse_scene
 from beacon_mj.scene_gen.family import Family, default_families, load_family
 from beacon_mj.scene_gen.generate import generate_scene, obstacle_of
-from beacon_mj.scene_gen.learning.certificate import certify_parts
+from beacon_mj.scene_gen.learning.certificate import NoWayError, certify_parts
 from beacon_mj.scene_gen.perception import perceive
 from tests.worlds import FAMILIES
 
@@ -305,9 +305,21 @@ BAD: dict[str, tuple[dict[str, str], type[Exception], str]] = {
         {'"barrier_count" data="4"': '"barrier_count" data="3.5"'},
         TemplateError, "'barrier_count' to be a whole number but it was 3.5",
     ),
+    "doors in each other": (
+        {'"door_spacing" data="1.45 1.75"': '"door_spacing" data="0.6 0.7"'},
+        TemplateError, "'door_spacing' to be at least 0.71 m .* but it was 0.6",
+    ),
+    "doors that nobody moves": (
+        {'"door_force" data="18 32"': '"door_force" data="18 90"'},
+        TemplateError, "'door_force' to be at most 57 N, .* up to 90",
+    ),
+    "a lock in the next row": (
+        {'"lock_distance" data="1.5"': '"lock_distance" data="2.6"'},
+        TemplateError, "'lock_distance' to be at most 1.9 m, .* but it was 2.6",
+    ),
     "too much promised": (
         {'"learning_value" data="6"': '"learning_value" data="60"'},
-        GenerationError, r"worth 60 s but in 200 proposals .* at most [0-9.]+ s",
+        GenerationError, r"worth 60 s but in 2 proposals .* at most [0-9.]+ s",
     ),
 }  # fmt: skip
 
@@ -318,12 +330,22 @@ def test_a_mistake_is_one_line(
 ) -> None:
     changes, error, message = BAD[case]
     own_family(tmp_path, changes)
-    if error is GenerationError:
-        monkeypatch.setattr("beacon_mj.scene_gen.learning.generate.PROPOSALS", 2)
-        message = message.replace("200", "2")
+    if "2 proposals" in message:
+        monkeypatch.setattr("beacon_mj.scene_gen.learning.generate.HOPELESS", 2)
     with pytest.raises(error, match=message) as caught:
         generate_scene("mine", 0, SEED, templates=tmp_path)
     assert "\n" not in str(caught.value)
+
+
+def test_rooms_that_nobody_can_cross_are_one_line(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def no_way(*_: object) -> None:
+        raise NoWayError
+
+    monkeypatch.setattr("beacon_mj.scene_gen.learning.generate.measured_parts", no_way)
+    with pytest.raises(GenerationError, match="can cross but none of 20 proposals"):
+        generate_scene("lookalike-doors", 0, SEED + 1)
 
 
 @pytest.mark.parametrize("family", ["hard-required", "hard-shortcut"])

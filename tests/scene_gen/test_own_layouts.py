@@ -147,7 +147,7 @@ def test_a_learning_family_does_not_hide_that_its_folder_is_no_good(
 ) -> None:
     shipped = ROOT / "families" / "revisited-rooms.xml"
     (tmp_path / "mine.xml").write_bytes(shipped.read_bytes())
-    assert generated_scenes(["mine"], 1, tmp_path)[1]
+    assert generated_scenes(["mine"], 3, tmp_path)[1]
     (tmp_path / "layouts.py").write_text(LINE.replace('"line"', '"bays"'))
     with pytest.raises(TemplateError, match=r"'bays' is shipped"):
-        generated_scenes(["mine"], 1, tmp_path)
+        generated_scenes(["mine"], 3, tmp_path)

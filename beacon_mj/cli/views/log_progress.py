@@ -5,7 +5,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from beacon_mj.cli.views.console import complain
+from beacon_mj.cli.views.console import complain, remark
 from beacon_mj.recording.verify import Verification
 
 LINE_S = 10.0  #: Time between two plain lines of progress [s].
@@ -54,7 +54,7 @@ class _Lines:
         self.done += 1
         if not log.ok:
             self.failed += 1
-            complain([" ".join(str(log.problem).split())])
+            complain([str(log.problem)])
 
     def add(self, log: Verification, total: int) -> None:
         self.count(log)
@@ -62,9 +62,7 @@ class _Lines:
         if total > 1 and (now - self._last >= LINE_S or self.done == total):
             self._last = now
             left = round((now - self._began) / self.done * (total - self.done))
-            print(
+            remark(
                 f"{self.done}/{total} logs, {self.failed} failed, "
-                f"{left // 60}:{left % 60:02d} left",
-                file=sys.stderr,
-                flush=True,
+                f"{left // 60}:{left % 60:02d} left"
             )

@@ -5,6 +5,7 @@ import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
+from beacon_mj.cli.views.console import remark
 from beacon_mj.eval.metrics.row import Row
 from beacon_mj.eval.runs.progress import Update
 
@@ -60,7 +61,7 @@ def show_progress(name: str, total: int) -> Iterator[Update]:
         total: Its number of episodes.
     """
     if name:
-        print(f"{name}: {total} episodes", file=sys.stderr, flush=True)
+        remark(f"{name}: {total} episodes")
     tally = Tally(total)
     with _bar(tally) if sys.stderr.isatty() else _lines(tally) as update:
         yield update
@@ -78,7 +79,7 @@ def _lines(tally: Tally) -> Iterator[Update]:
             return
         if time.monotonic() - last >= LINE_S or tally.done == tally.total:
             last = time.monotonic()
-            print(tally.line(), file=sys.stderr, flush=True)
+            remark(tally.line())
 
     yield update
 

@@ -14,7 +14,7 @@ import msgspec
 
 from beacon_mj.episode.answers import PlannerFailure
 from beacon_mj.episode.door import Door
-from beacon_mj.errors import BeaconError, PlannerError, describe
+from beacon_mj.errors import BeaconError, PlannerError, describe, printable
 from beacon_mj.eval.runs.isolation import wire
 from beacon_mj.eval.runs.overrides import built_ins, configure
 from beacon_mj.eval.runs.sandbox import Guarded, planner_class
@@ -117,7 +117,7 @@ class _Planner:
             )
         except BaseException as error:
             text = str(error) if isinstance(error, BeaconError) else describe(error)
-            return wire.Failed(request.serial, text, True)
+            return wire.Failed(request.serial, printable(text), True)
 
     def _tell(self, request: wire.Tell) -> None:
         self._routes = request.routes

@@ -31,8 +31,8 @@ from tests.eval.traces import (
 from tests.worlds import cached_scene
 
 DESIGN_COLUMNS = (
-    "planner, family, scene_index, mission, day, scene_sha256, perception, seed, "
-    "outcome, success, "
+    "planner, suite, family, scene_index, mission, day, scene_sha256, perception, "
+    "seed, outcome, success, "
     "clean_success, steps, path_length_m, contacts, sensed_obstacles, energy_j, "
     "motion_energy_j, push_energy_j, actuator_work_j, battery_left, pushes, "
     "failed_pushes, obstacles_moved, obstacles_moved_indirectly, "
@@ -49,6 +49,7 @@ def test_columns_are_the_designs_in_its_order() -> None:
     ours = [c for c in COLUMNS if c in DESIGN_COLUMNS]
     assert ours == DESIGN_COLUMNS
     assert set(COLUMNS) - set(DESIGN_COLUMNS) == {
+        "oracle",
         "energy_rolling_j",
         "brier_pushed_prior",
         "brier_pushed_posterior",

@@ -245,13 +245,14 @@ def test_reading_the_command_line_needs_no_matplotlib() -> None:
 def test_in_a_browser(real: Path, tmp_path: Path) -> None:
     """No error on the console, and every image has a size."""
     text = render_report(load_results(real), with_replay=False)
+    # Before the page's policy, which lets nothing else run.
     probe = (
         "<script>addEventListener('load', () => { document.title = "
         "[...document.images].filter(i => !i.naturalWidth).length + ' missing of ' "
         "+ document.images.length + ', overflow ' "
-        "+ (document.documentElement.scrollWidth > innerWidth); });</script></head>"
+        "+ (document.documentElement.scrollWidth > innerWidth); });</script>"
     )
-    (tmp_path / "page.html").write_text(text.replace("</head>", probe, 1))
+    (tmp_path / "page.html").write_text(text.replace("<head>", f"<head>{probe}", 1))
     flags = (
         "--headless --no-sandbox --disable-gpu --disable-quic --no-first-run "
         "--disable-background-networking --disable-component-update --disable-sync "

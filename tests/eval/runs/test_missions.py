@@ -11,7 +11,12 @@ import beacon_mj as bmj
 from beacon_mj.constants import WALL_CLOCK_COLUMNS
 from beacon_mj.errors import RunError
 from beacon_mj.eval.metrics.row import Row
-from beacon_mj.eval.runs.config import RunConfig, SceneRef, generated_scenes
+from beacon_mj.eval.runs.config import (
+    RunConfig,
+    SceneRef,
+    family_scenes,
+    generated_scenes,
+)
 from beacon_mj.eval.runs.jobs import Attempt, Job
 from beacon_mj.eval.runs.lineup import planner_entries
 from beacon_mj.eval.runs.missions import by_mission, share_missions
@@ -32,6 +37,7 @@ def config(scenes: int = 6) -> tuple[RunConfig, list[SceneRef]]:
     made = RunConfig(
         planners=entries,
         families=hashes,
+        scenes=family_scenes(hashes, refs, None),
         scenes_per_family=scenes,
         seed=1000,
         perception="noisy",
@@ -63,7 +69,8 @@ def test_rows_name_mission_and_day_after_the_index() -> None:
     assert [(r.mission, r.day) for r in whole()[:6]] == [
         (m, d) for m in range(2) for d in range(3)
     ]
-    assert Row.__struct_fields__[2:5] == ("scene_index", "mission", "day")
+    index = Row.__struct_fields__.index("scene_index")
+    assert Row.__struct_fields__[index + 1 : index + 3] == ("mission", "day")
 
 
 @settings(max_examples=8, deadline=None)
@@ -82,6 +89,7 @@ def test_a_half_finished_mission_leaves_no_row_twice(tmp_path: Path) -> None:
     folder = RunFolder(tmp_path / "run")
     folder.create(made)
     folder.append(whole()[:4])  # The second mission of beacon is one day old.
+    folder.close()
     results = bmj.evaluate(
         NAMES,
         families=["revisited-rooms"],

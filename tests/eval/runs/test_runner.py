@@ -11,6 +11,7 @@ from beacon_mj.eval.metrics.row import Row
 from beacon_mj.eval.runs.config import (
     RunConfig,
     SceneRef,
+    family_scenes,
     generated_scenes,
     scene_refs,
     stored_scenes,
@@ -37,6 +38,7 @@ def configured(
     config = RunConfig(
         planners=entries,
         families=hashes,
+        scenes=family_scenes(hashes, refs, None),
         scenes_per_family=scenes_per_family,
         seed=0,
         perception="noisy",

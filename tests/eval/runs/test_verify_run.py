@@ -96,6 +96,21 @@ def test_half_of_the_episodes_removed_fails_tables(run: Path) -> None:
     assert "2 of 4 planned episodes are missing" in line
 
 
+def test_a_suite_that_rows_and_configuration_only_claim_fails_scenes(run: Path) -> None:
+    replace = msgspec.structs.replace
+    rewrite(run, [replace(row, suite="hard-v1") for row in load_rows(run)])
+    assert "scenes" in failing(run)
+    problems = "\n".join(beacon_mj.verify(run, workers=1).problems)
+    assert "is of hard-v1 in the rows, but of paper-v1" in problems
+    rewrite(run, [replace(row, suite="paper-v1") for row in load_rows(run)])
+    assert failing(run) == set()
+    stored = json.loads((run / "config.json").read_text())
+    for each in stored["scenes"].values():
+        each["suite"] = "hard-v1"
+    (run / "config.json").write_text(json.dumps(stored))
+    assert "scenes" in failing(run)
+
+
 def test_an_edited_summary_fails_tables(run: Path) -> None:
     path = run / "summary.json"
     summary = json.loads(path.read_text())

@@ -12,16 +12,18 @@ from beacon_mj.eval.metrics.measure import measure
 from beacon_mj.eval.metrics.row import Row
 from beacon_mj.eval.runs.config import PlannerEntry
 from beacon_mj.eval.studies.ablation import (
-    SITUATIONS,
     ablation_runs,
     effects_of,
     switches,
 )
+from beacon_mj.eval.studies.ladder import RUNGS
 from tests.eval.traces import trace
 
 SWITCHES = (
     "predict_cascades", "battery_reweighting", "belief.replan_on_belief",
 )  # fmt: skip
+#: The situations of a family that is sensed as the protocol says.
+USUAL = ("noisy", "truth", "misleading", "noisy, 0.5 m", "noisy, 2 m")
 LADDER = ({"belief.memory": "failures"}, {"belief.memory": "none"})
 
 
@@ -56,7 +58,7 @@ def test_a_run_for_each_situation_with_every_variant() -> None:
     runs, refs = ablation_runs(
         "beacon", scenes_per_family=3, families=["sparse"], seed=7
     )
-    assert [*runs] == [*SITUATIONS]
+    assert [*runs] == [*USUAL]
     assert len(refs) == 3
     for config in runs.values():
         assert [dict(e.settings) for e in config.planners] == [
@@ -115,8 +117,12 @@ def test_the_command_runs_resumes_and_prints(
                "-n", "1", "--workers", "1", "--out", str(out)]  # fmt: skip
     assert run([*command, "--json"]) == 0
     effects = json.loads(capfd.readouterr().out)
-    assert {e["situation"] for e in effects} == {*SITUATIONS}
+    assert {e["situation"] for e in effects} == {*USUAL}
     assert json.loads((out / "ablation.json").read_text()) == effects
+    ladder = json.loads((out / "ladder.json").read_text())
+    assert [s["rung"] for s in ladder if s["situation"] == "noisy"] == 2 * [
+        rung.name for rung in RUNGS
+    ]
     rows = (out / "noisy-2m" / "episodes.jsonl").read_bytes()
     assert run(command) == 0
     assert (out / "noisy-2m" / "episodes.jsonl").read_bytes() == rows

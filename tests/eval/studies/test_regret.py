@@ -104,6 +104,7 @@ RULES = {
 NOISE = sorted(set(Protocol.__struct_fields__) - RULES)
 NOISY = ["protocol.sensing_radius_m=0.5", "protocol.occlusion=true",
          "protocol.pose_noise_m=0.05", "protocol.missed_detection=0.2",
+         "protocol.robot_pose_noise_m=0.02", "protocol.force_noise=0.1",
          "protocol.max_steps=77"]  # fmt: skip
 
 
@@ -114,6 +115,8 @@ def test_who_is_told_everything_is_told_it_exactly() -> None:
         occlusion=False,
         pose_noise_m=0.0,
         missed_detection=0.0,
+        robot_pose_noise_m=0.0,
+        force_noise=0.0,
         max_steps=77,
     )
     assert runs["near"].protocol.missed_detection == 0.2
