@@ -5,22 +5,19 @@ record or an array object that was altered by force (`object.__setattr__`,
 `array.shape = ...`) was the planner's alone, and is not handed out again.
 """
 
-from dataclasses import fields, replace
+from dataclasses import replace
 from operator import attrgetter
 from typing import NamedTuple
 
 import numpy as np
 
+from beacon_mj.episode.sighting import sighting
 from beacon_mj.geometry import Array, Footprint, Footprints
 from beacon_mj.interface import Contact, Observation, SensedObstacle, Task
 
 _FLOAT = np.dtype(np.float64)
-# Records are copied field by field through the slots of their classes, in half the
-# time that their constructors take: a map of ten obstacles is copied in every step.
-_NAMES = [f.name for f in fields(SensedObstacle)]
-_FIELDS = attrgetter(*_NAMES)
-_SETTERS = [vars(SensedObstacle)[name].__set__ for name in _NAMES]
-_FOOTPRINT, _CENTROID = _NAMES.index("footprint"), _NAMES.index("centroid_m")
+_SEALED = ("footprint", "centroid_m")
+_PLAIN = attrgetter(*(n for n in SensedObstacle.__slots__ if n not in _SEALED))
 _SET_VERTICES = vars(Footprint)["vertices"].__set__
 _SET_RADIUS = vars(Footprint)["radius"].__set__
 
@@ -64,7 +61,7 @@ def sealed_task(task: Task) -> Task:
 class _Sealed:
     """One obstacle's record, and the copy of it that the planner has."""
 
-    __slots__ = ("_centroid", "_outline", "copy", "seen", "values")
+    __slots__ = ("_centroid", "_footprint", "_outline", "_own_centroid", "copy", "seen")
 
     def __init__(self, seen: SensedObstacle) -> None:
         self._outline = Memory.of(seen.footprint.vertices)
@@ -74,24 +71,23 @@ class _Sealed:
     def renew(self, seen: SensedObstacle) -> None:
         """Make a new copy; the outline is that of the last one."""
         self.seen = seen
-        footprint = Footprint.__new__(Footprint)
+        footprint = self._footprint = Footprint.__new__(Footprint)
         _SET_VERTICES(footprint, self._outline.array())
         _SET_RADIUS(footprint, seen.footprint.radius)
-        values = list(_FIELDS(seen))
-        values[_FOOTPRINT] = footprint
-        values[_CENTROID] = self._centroid.array()
-        self.values = tuple(values)
-        self.copy = SensedObstacle.__new__(SensedObstacle)
-        for put, value in zip(_SETTERS, values, strict=True):
-            put(self.copy, value)
+        centroid = self._own_centroid = self._centroid.array()
+        self.copy = sighting(
+            seen, footprint, centroid, seen.seen_s, seen.visible, seen.broken
+        )
 
     def untouched(self) -> bool:
         """Whether the copy is as it was made, and not altered by force."""
-        footprint, centroid = self.values[_FOOTPRINT], self.values[_CENTROID]
+        footprint, centroid = self._footprint, self._own_centroid
         try:
             vertices = footprint.vertices
             return (
-                _FIELDS(self.copy) == self.values
+                _PLAIN(self.copy) == _PLAIN(self.seen)
+                and self.copy.footprint is footprint
+                and self.copy.centroid_m is centroid
                 and type(vertices) is np.ndarray
                 and vertices.shape == self._outline.shape
                 and vertices.strides == (16, 8)
