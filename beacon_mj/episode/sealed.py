@@ -59,46 +59,69 @@ def sealed_task(task: Task) -> Task:
 
 
 class _Sealed:
-    """One obstacle's record, and the copy of it that the planner has."""
+    """One obstacle's record, and the copy of it that the planner has.
+
+    Copies share their footprint and centroid for as long as these stay as they are, so
+    a planner can tell by the object that an obstacle did not move.
+    """
 
     __slots__ = ("_centroid", "_footprint", "_outline", "_own_centroid", "copy", "seen")
 
     def __init__(self, seen: SensedObstacle) -> None:
         self._outline = Memory.of(seen.footprint.vertices)
         self._centroid = Memory.of(seen.centroid_m)
+        self._lay_out(seen)
         self.renew(seen)
 
     def renew(self, seen: SensedObstacle) -> None:
         """Make a new copy; the outline is that of the last one."""
         self.seen = seen
-        footprint = self._footprint = Footprint.__new__(Footprint)
-        _SET_VERTICES(footprint, self._outline.array())
-        _SET_RADIUS(footprint, seen.footprint.radius)
-        centroid = self._own_centroid = self._centroid.array()
+        if not self._outline_untouched():
+            self._lay_out(seen)
         self.copy = sighting(
-            seen, footprint, centroid, seen.seen_s, seen.visible, seen.broken
+            seen,
+            self._footprint,
+            self._own_centroid,
+            seen.seen_s,
+            seen.visible,
+            seen.broken,
         )
 
     def untouched(self) -> bool:
         """Whether the copy is as it was made, and not altered by force."""
-        footprint, centroid = self._footprint, self._own_centroid
         try:
-            vertices = footprint.vertices
             return (
                 _PLAIN(self.copy) == _PLAIN(self.seen)
-                and self.copy.footprint is footprint
-                and self.copy.centroid_m is centroid
-                and type(vertices) is np.ndarray
+                and self.copy.footprint is self._footprint
+                and self.copy.centroid_m is self._own_centroid
+                and self._outline_untouched()
+            )
+        except Exception:  # A field is missing, or cannot be compared.
+            return False
+
+    def _lay_out(self, seen: SensedObstacle) -> None:
+        footprint = self._footprint = Footprint.__new__(Footprint)
+        _SET_VERTICES(footprint, self._outline.array())
+        _SET_RADIUS(footprint, seen.footprint.radius)
+        self._own_centroid = self._centroid.array()
+
+    def _outline_untouched(self) -> bool:
+        """Whether footprint and centroid are as they were made."""
+        centroid = self._own_centroid
+        try:
+            vertices = self._footprint.vertices
+            return (
+                type(vertices) is np.ndarray
                 and vertices.shape == self._outline.shape
                 and vertices.strides == (16, 8)
                 and vertices.dtype is _FLOAT
                 and _base(vertices) is self._outline.data
-                and footprint.radius == self.seen.footprint.radius
+                and self._footprint.radius == self.seen.footprint.radius
                 and centroid.shape == (2,)
                 and centroid.strides == (8,)
                 and centroid.dtype is _FLOAT
             )
-        except Exception:  # A field is missing, or cannot be compared.
+        except Exception:
             return False
 
 
