@@ -178,7 +178,16 @@ def rows_sha256(rows: Iterable[Row]) -> str:
     """
     digest = hashlib.sha256()
     for row in sorted(rows, key=lambda row: row.key):
-        columns = row.as_dict()
-        stable = {k: columns[k] for k in COLUMNS if k not in WALL_CLOCK_COLUMNS}
-        digest.update(msgspec.json.encode(stable) + b"\n")
+        digest.update(_line(row))
     return digest.hexdigest()
+
+
+def row_sha256(row: Row) -> str:
+    """Return the SHA-256 of the line that stands for a row in `rows_sha256`."""
+    return hashlib.sha256(_line(row)).hexdigest()
+
+
+def _line(row: Row) -> bytes:
+    columns = row.as_dict()
+    stable = {k: columns[k] for k in COLUMNS if k not in WALL_CLOCK_COLUMNS}
+    return msgspec.json.encode(stable) + b"\n"
