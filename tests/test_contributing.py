@@ -108,11 +108,6 @@ def test_the_commands_of_the_program_run(tmp_path: Path) -> None:
         assert done.returncode == 0, f"{command}\n{done.stdout}\n{done.stderr}"
 
 
-@pytest.mark.parametrize("link", sorted(set(re.findall(r"\]\(([^)#]+)", PAGE))))
-def test_links_lead_somewhere(link: str) -> None:
-    assert (REPOSITORY / link).exists()
-
-
 @pytest.mark.parametrize("path", sorted(set(re.findall(r"`([\w.-]+/[\w./-]+)`", PAGE))))
 def test_paths_that_the_page_names_exist(path: str) -> None:
     """All but those of the files that a contributor is to write."""

@@ -43,7 +43,7 @@ def test_pages_that_run_are_most_pages_with_code() -> None:
 
 
 def test_what_fails_is_noticed(tmp_path: Path) -> None:
-    with pytest.raises(AssertionError, match="beacon_mj nonsense"):
+    with pytest.raises(AssertionError, match="beacon-mj nonsense"):
         [*follow("```bash\nbeacon-mj nonsense\n```", tmp_path)]
     with pytest.raises(AssertionError, match="ZeroDivisionError"):
         [*follow("```python\n1 / 0\n```", tmp_path)]
