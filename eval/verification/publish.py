@@ -55,6 +55,8 @@ def _unfit(config: RunConfig) -> str | None:
     for entry in config.planners:
         if not known.get(entry.spec, "").startswith("beacon_mj."):
             return f"shipped planners, not {entry.name},"
+    if config.inexact:
+        return f"planners whose rows repeat, not {config.inexact[0]},"
     return None
 
 
