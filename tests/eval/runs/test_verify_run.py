@@ -75,6 +75,7 @@ def failing(run: Path, **options: object) -> set[str]:
 def rewrite(run: Path, found: list[Row]) -> None:
     """Write the tables anew, as a forger would."""
     (run / "episodes.jsonl").write_bytes(b"")
+    (run / "report.html").unlink(missing_ok=True)
     folder = RunFolder(run)
     folder.append(found)
     folder.finish(load_config(run), found, summarize(found))
