@@ -92,15 +92,16 @@ def test_a_closed_room_has_no_time() -> None:
 
 
 def test_what_may_be_pushed_can_be_gone_through_at_its_cost() -> None:
-    """A wall 0.2 m thick: the disc overlaps it for that, its diameter and margins."""
+    """A wall of half width w: the integral of (R + w - |x|) / 2 R over the crossing."""
     wall = sensed_box("a", 3.0, 3.0, length=0.2, width=6.0)
     times = TravelTimes(TASK, unknown_premium=0.0)
     times.update(observe((1.0, 3.0), wall), {0: 10.0})
     start = np.array([1.0, 3.0])
     assert math.isinf(times.from_point(start))
     added_s = times.through(start) - 4.0 / TASK.speed_mps
-    deepest_m = 0.2 + 2.0 * TASK.radius_m
-    assert 0.2 * 10.0 < added_s * TASK.speed_mps < deepest_m * 10.0
+    room_m = TASK.radius_m + 0.005
+    expected_m = 10.0 * (room_m + 0.1) ** 2 / (2.0 * room_m)
+    assert added_s * TASK.speed_mps == pytest.approx(expected_m, rel=0.1)
 
 
 def test_the_time_to_a_place_is_that_of_the_way_there() -> None:
