@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from beacon_mj.eval.api.machine import doctor as doctor
     from beacon_mj.eval.api.planners import describe_planner as describe_planner
     from beacon_mj.eval.api.planners import list_planners as list_planners
+    from beacon_mj.eval.api.published import verify_published as verify_published
     from beacon_mj.eval.api.reports import fill_tables as fill_tables
     from beacon_mj.eval.api.reports import write_report as write_report
     from beacon_mj.eval.api.scenes import generate_scenes as generate_scenes
@@ -131,6 +132,7 @@ _HOME = {
     "show_progress": "beacon_mj.cli.views.progress",
     "sweep": "beacon_mj.eval.api.studies",
     "verify": "beacon_mj.eval.api.verification",
+    "verify_published": "beacon_mj.eval.api.published",
     "view_log": "beacon_mj.rendering",
     "view_scene": "beacon_mj.rendering",
     "write_layouts": "beacon_mj.recording.layouts",

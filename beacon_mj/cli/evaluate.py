@@ -64,6 +64,7 @@ def evaluate(
             help="Go on with the run in --out; without --planner, with its options."
         ),
     ] = False,
+    report: options.Report = True,
     trust_code: options.TrustCode = False,
     isolate: Annotated[
         bool | None,
@@ -79,11 +80,12 @@ def evaluate(
     """Run planners through scenes: every planner crosses every scene.
 
     The run folder holds config.json, episodes.jsonl (a line for every finished
-    episode), and at the end episodes.parquet and summary.json.
+    episode), and at the end episodes.parquet, summary.json and report.html; a shard
+    has no report, `beacon-mj merge` writes that of the whole run.
     """
     # Only now: help must not wait for MuJoCo and numba.
     import beacon_mj
-    from beacon_mj.cli.views.console import remark, show, show_json
+    from beacon_mj.cli.views.console import remark, show, show_json, show_page
 
     results = beacon_mj.evaluate(
         planner,
@@ -104,6 +106,7 @@ def evaluate(
         isolate=isolate,
         log=log,
         resume=resume,
+        report=False,  # After the tables, which nobody should wait for.
         trust_code=trust_code,
         progress=beacon_mj.show_progress,
         tell=lambda line: remark(f"note: {line}"),
@@ -114,3 +117,5 @@ def evaluate(
     else:
         show(results.table())
     remark(f"results: {results.folder}")
+    if report:
+        show_page(results)

@@ -5,11 +5,14 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+from beacon_mj.cli import options
+
 
 def merge(
     out: Annotated[Path, Parameter(help="The new run folder.")],
     /,
     *shards: Annotated[Path, Parameter(help="Run folders of `eval --shard I/N`.")],
+    report: options.Report = True,
 ) -> None:
     """Put the shards of one run together: the same tables as an uninterrupted run.
 
@@ -17,8 +20,10 @@ def merge(
     unfinished. The shards stay as they are.
     """
     import beacon_mj
-    from beacon_mj.cli.views.console import remark, show
+    from beacon_mj.cli.views.console import remark, show, show_page
 
-    results = beacon_mj.merge(out, shards)
+    results = beacon_mj.merge(out, shards, report=False)
     show(results.table())
     remark(f"results: {results.folder}")
+    if report:
+        show_page(results)

@@ -120,6 +120,13 @@ Workers = Annotated[
         help="Processes; one per usable core by default.",
     ),
 ]
+Report = Annotated[
+    bool,
+    Parameter(
+        negative="--no-report",
+        help="Write the run's page at the end: report.html in its folder.",
+    ),
+]
 Flag = Annotated[bool, Parameter(negative=(), show_default=False)]
 TrustCode = Annotated[
     Flag,

@@ -9,7 +9,7 @@ from beacon_mj.cli import FAILED, options
 
 
 def verify(
-    path: Path,
+    path: Path | None = None,
     /,
     *,
     rerun: Annotated[
@@ -29,9 +29,23 @@ def verify(
         Parameter(help="Fresh scenes per family; as many as the run has if unsaid."),
     ] = None,
     trust_code: options.TrustCode = False,
+    published: Annotated[
+        options.Flag,
+        Parameter(
+            help="Run episodes of the published tables again, and compare them; takes "
+            "no path."
+        ),
+    ] = False,
+    fraction: Annotated[
+        float | None,
+        Parameter(
+            help="With --published: share of each table's scenes, up to 1 for all. By "
+            "default each planner and each family has a turn."
+        ),
+    ] = None,
     workers: options.Workers = None,
 ) -> int:
-    """Check what a log, a run folder or a bundle claims, by making it again.
+    """Check what a log, a run, a bundle or the docs claim, by making it again.
 
     Status 1 if anything does not hold, with a line for each. Without other options no
     planner runs: scenes are generated again, logged commands simulated, tables made.
@@ -44,7 +58,19 @@ def verify(
     import beacon_mj
     from beacon_mj.cli.views.console import complain, say
     from beacon_mj.cli.views.log_progress import show_logs
+    from beacon_mj.errors import RunError
 
+    if published:
+        if path or rerun or trust_code or fresh_seed is not None or scenes_per_family:
+            raise RunError(
+                "--published: expected no path and no option but --fraction and "
+                "--workers beside it."
+            )
+        return _published(fraction, workers)
+    if path is None:
+        raise RunError("verify: expected a path, or --published.")
+    if fraction is not None:
+        raise RunError("--fraction: expected it with --published only.")
     with show_logs() as on_log:
         found = beacon_mj.verify(
             path,
@@ -58,4 +84,17 @@ def verify(
     complain(found.level_problems)
     if found.ok or found.checks or path.is_dir():
         say(str(found))
+    return 0 if found.ok else FAILED
+
+
+def _published(fraction: float | None, workers: int | None) -> int:
+    """Run episodes of the published tables again; return the exit status."""
+    import beacon_mj
+    from beacon_mj.cli.views.console import complain, say
+
+    found = beacon_mj.verify_published(
+        fraction=fraction, workers=workers, progress=beacon_mj.show_progress
+    )
+    complain(found.problems)
+    say(str(found))
     return 0 if found.ok else FAILED

@@ -137,12 +137,15 @@ def _beliefs(value: object, sensed: Mapping[str, object]) -> dict[str, Probabili
 
 
 def _belief(name: str, value: Any) -> Probabilities:
-    a, b, c = value if type(value) is tuple and len(value) == 3 else _three(name, value)
+    """Return three probabilities; a sound tuple itself, which is cheap to compare."""
+    if not (type(value) is tuple and len(value) == 3):
+        value = _three(name, value)
+    a, b, c = value
     if not (type(a) is float and type(b) is float and type(c) is float):
-        a, b, c = (_real("info.beliefs", p) for p in (a, b, c))
+        a, b, c = value = tuple(_real("info.beliefs", p) for p in value)
     if a >= 0.0 and b >= 0.0 and c >= 0.0 and abs(a + b + c - 1.0) <= 1e-6:
-        return a, b, c
-    raise _no_belief(name, (a, b, c))
+        return value  # type: ignore[no-any-return]
+    raise _no_belief(name, value)
 
 
 def _three(name: str, value: Any) -> tuple[object, object, object]:

@@ -5,22 +5,19 @@ record or an array object that was altered by force (`object.__setattr__`,
 `array.shape = ...`) was the planner's alone, and is not handed out again.
 """
 
-from dataclasses import fields, replace
+from dataclasses import replace
 from operator import attrgetter
 from typing import NamedTuple
 
 import numpy as np
 
+from beacon_mj.episode.sighting import sighting
 from beacon_mj.geometry import Array, Footprint, Footprints
 from beacon_mj.interface import Contact, Observation, SensedObstacle, Task
 
 _FLOAT = np.dtype(np.float64)
-# Records are copied field by field through the slots of their classes, in half the
-# time that their constructors take: a map of ten obstacles is copied in every step.
-_NAMES = [f.name for f in fields(SensedObstacle)]
-_FIELDS = attrgetter(*_NAMES)
-_SETTERS = [vars(SensedObstacle)[name].__set__ for name in _NAMES]
-_FOOTPRINT, _CENTROID = _NAMES.index("footprint"), _NAMES.index("centroid_m")
+_SEALED = ("footprint", "centroid_m")
+_PLAIN = attrgetter(*(n for n in SensedObstacle.__slots__ if n not in _SEALED))
 _SET_VERTICES = vars(Footprint)["vertices"].__set__
 _SET_RADIUS = vars(Footprint)["radius"].__set__
 
@@ -62,47 +59,69 @@ def sealed_task(task: Task) -> Task:
 
 
 class _Sealed:
-    """One obstacle's record, and the copy of it that the planner has."""
+    """One obstacle's record, and the copy of it that the planner has.
 
-    __slots__ = ("_centroid", "_outline", "copy", "seen", "values")
+    Copies share their footprint and centroid for as long as these stay as they are, so
+    a planner can tell by the object that an obstacle did not move.
+    """
+
+    __slots__ = ("_centroid", "_footprint", "_outline", "_own_centroid", "copy", "seen")
 
     def __init__(self, seen: SensedObstacle) -> None:
         self._outline = Memory.of(seen.footprint.vertices)
         self._centroid = Memory.of(seen.centroid_m)
+        self._lay_out(seen)
         self.renew(seen)
 
     def renew(self, seen: SensedObstacle) -> None:
         """Make a new copy; the outline is that of the last one."""
         self.seen = seen
-        footprint = Footprint.__new__(Footprint)
-        _SET_VERTICES(footprint, self._outline.array())
-        _SET_RADIUS(footprint, seen.footprint.radius)
-        values = list(_FIELDS(seen))
-        values[_FOOTPRINT] = footprint
-        values[_CENTROID] = self._centroid.array()
-        self.values = tuple(values)
-        self.copy = SensedObstacle.__new__(SensedObstacle)
-        for put, value in zip(_SETTERS, values, strict=True):
-            put(self.copy, value)
+        if not self._outline_untouched():
+            self._lay_out(seen)
+        self.copy = sighting(
+            seen,
+            self._footprint,
+            self._own_centroid,
+            seen.seen_s,
+            seen.visible,
+            seen.broken,
+        )
 
     def untouched(self) -> bool:
         """Whether the copy is as it was made, and not altered by force."""
-        footprint, centroid = self.values[_FOOTPRINT], self.values[_CENTROID]
         try:
-            vertices = footprint.vertices
             return (
-                _FIELDS(self.copy) == self.values
-                and type(vertices) is np.ndarray
+                _PLAIN(self.copy) == _PLAIN(self.seen)
+                and self.copy.footprint is self._footprint
+                and self.copy.centroid_m is self._own_centroid
+                and self._outline_untouched()
+            )
+        except Exception:  # A field is missing, or cannot be compared.
+            return False
+
+    def _lay_out(self, seen: SensedObstacle) -> None:
+        footprint = self._footprint = Footprint.__new__(Footprint)
+        _SET_VERTICES(footprint, self._outline.array())
+        _SET_RADIUS(footprint, seen.footprint.radius)
+        self._own_centroid = self._centroid.array()
+
+    def _outline_untouched(self) -> bool:
+        """Whether footprint and centroid are as they were made."""
+        centroid = self._own_centroid
+        try:
+            vertices = self._footprint.vertices
+            return (
+                type(vertices) is np.ndarray
                 and vertices.shape == self._outline.shape
                 and vertices.strides == (16, 8)
                 and vertices.dtype is _FLOAT
                 and _base(vertices) is self._outline.data
-                and footprint.radius == self.seen.footprint.radius
+                and self._footprint.radius == self.seen.footprint.radius
                 and centroid.shape == (2,)
                 and centroid.strides == (8,)
                 and centroid.dtype is _FLOAT
             )
-        except Exception:  # A field is missing, or cannot be compared.
+        except Exception:
             return False
 
 

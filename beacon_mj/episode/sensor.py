@@ -7,14 +7,13 @@ about its own position, what it sees is off by as much. Class, mass, friction an
 force never cross; perceived values do, as the scene stores them.
 """
 
-from dataclasses import replace
-
 import numpy as np
 import shapely
 
 from beacon_mj.constants import CONTACT_N
 from beacon_mj.episode.protocol import Protocol
 from beacon_mj.episode.sensor_noise import ForceGain, PoseError
+from beacon_mj.episode.sighting import sighting
 from beacon_mj.geometry import Array, Footprint, Footprints, Mask
 from beacon_mj.interface import Contact, Observation, PushEvidence, SensedObstacle
 from beacon_mj.numerics import norm
@@ -75,11 +74,13 @@ class Sensor:
         visible = self._visible()
         touched = set() if outcome is None else _touched(outcome)
         changed = False
-        for i in range(len(visible)):
-            if visible[i] or self._world.scene.obstacles[i].id in touched:
+        for i, (name, in_sight) in enumerate(
+            zip(self._number, visible.tolist(), strict=True)
+        ):
+            if in_sight or name in touched:
                 changed |= self._sight(i, time_s)
             elif i in self._seen and self._seen[i].visible:
-                self._seen[i] = replace(self._seen[i], visible=False)
+                self._seen[i] = _hidden(self._seen[i])
         if changed:
             self._version += 1
             self._stacked = Footprints.stack(
@@ -128,8 +129,8 @@ class Sensor:
         same = before is not None and self._sighting[i] is outline
         if before is not None and same and self._off_m is None:
             if before.seen_s != time_s or before.broken != broken or not before.visible:
-                self._seen[i] = replace(
-                    before, visible=True, seen_s=time_s, broken=broken
+                self._seen[i] = sighting(
+                    before, before.footprint, before.centroid_m, time_s, True, broken
                 )
             return False
         if not same:
@@ -183,6 +184,13 @@ class Sensor:
             PushEvidence(a.obstacle, a.evidence, gain * a.force_n, a.ended_s)
             for a in told
         )
+
+
+def _hidden(seen: SensedObstacle) -> SensedObstacle:
+    """Return an obstacle that is out of sight now, as it was seen last."""
+    return sighting(
+        seen, seen.footprint, seen.centroid_m, seen.seen_s, False, seen.broken
+    )
 
 
 def _touched(outcome: StepOutcome) -> set[str]:

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 
 from beacon_mj.geometry import Array, Footprints, signed_distance
 from beacon_mj.jit import kernel
-from beacon_mj.numerics import norms
 
 Cells = NDArray[np.int64]
 
@@ -80,9 +79,10 @@ class Grid:
     def _around(self, point: Array, radius_m: float) -> tuple[Cells, Array]:
         """Cells of the square about a disc, and how far their centres are (m,) [m]."""
         r0, r1, c0, c1 = self.window(point - radius_m, point + radius_m)
-        rows, cols = np.mgrid[r0:r1, c0:c1]
-        cells = (rows * self.cols + cols).ravel()
-        return cells, norms(self.centres(cells) - point)
+        row, col = np.arange(r0, r1)[:, None], np.arange(c0, c1)
+        x = self.west_m + (col + 0.5) * self.cell_m - point[0]
+        y = self.south_m + (row + 0.5) * self.cell_m - point[1]
+        return (row * self.cols + col).ravel(), np.sqrt(x * x + y * y).ravel()
 
     def window(self, low: Array, high: Array) -> tuple[int, int, int, int]:
         """Rows [r0, r1) and columns [c0, c1) that cover a box between two corners.

@@ -8,7 +8,7 @@ reasons, whether it gave up or failed, is taken from the log.
 """
 
 import tempfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from itertools import zip_longest
 from pathlib import Path
@@ -103,10 +103,25 @@ def is_exact(log: Log) -> bool:
 
     That is one of this processor's kind, and with glibc if this one has it.
     """
-    if log.versions.get("machine") != provenance.log_versions()["machine"]:
+    return same_kind(log.versions.get("machine", ""), [log.machine])
+
+
+def same_kind(processor: str, machines: Iterable[Mapping[str, str]]) -> bool:
+    """Whether bits are equal here and where something was recorded.
+
+    Args:
+        processor: The kind of processor there, such as `x86_64`; words before it, as
+            for the system, are left out.
+        machines: What is known of each machine; see `recording.machine`.
+    """
+    if processor.split()[-1:] != [provenance.log_versions()["machine"]]:
         return False
-    libcs = [found.get("libc", "").split(" ")[0] for found in (log.machine, machine())]
-    return libcs[0] in ("", libcs[1])
+    here = _libc(machine())
+    return all(_libc(found) in ("", here) for found in machines)
+
+
+def _libc(found: Mapping[str, str]) -> str:
+    return found.get("libc", "").split(" ")[0]
 
 
 def _unfit(log: Log) -> str | None:

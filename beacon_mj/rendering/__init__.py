@@ -1,7 +1,7 @@
 """Pictures of scenes and logs, and tables of results; drawn without a screen.
 
-The functions import what they draw with when they are called. Without the extras
-`video` and `web` they say which package is missing.
+The functions import what they draw with when they are called. Videos need the extra
+`video` and pages the extra `web`; without them they say which package is missing.
 """
 
 import importlib
@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from beacon_mj.errors import BeaconError
+from beacon_mj.extras import missing
 from beacon_mj.scene import Scene
 
 if TYPE_CHECKING:
@@ -20,7 +21,7 @@ LogSource: TypeAlias = "Log | str | Path"
 
 def render_video(log: LogSource, out: str | Path, **options: Any) -> Path:
     """Write an MP4 of a log; see `beacon_mj.rendering.video.render_video`."""
-    return Path(_load("video").render_video(log, out, **options))
+    return Path(_load("video", "video").render_video(log, out, **options))
 
 
 def render_strip(log: LogSource, out: str | Path, **options: Any) -> Path:
@@ -53,11 +54,10 @@ def view_scene(scene: Scene) -> None:
     _load("snapshot").view_scene(scene)
 
 
-def _load(module: str, extra: str = "video") -> Any:
+def _load(module: str, extra: str | None = None) -> Any:
     try:
         return importlib.import_module(f"beacon_mj.rendering.{module}")
     except ModuleNotFoundError as error:
-        raise BeaconError(
-            f"Expected package {error.name!r} but it is not installed: "
-            f"pip install 'beacon-mj[{extra}]'."
-        ) from error
+        if extra is None:
+            raise
+        raise BeaconError(f"{module}: {missing(error, extra)}") from error

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from beacon_mj.episode.protocol import Protocol
 from beacon_mj.errors import RunError
+from beacon_mj.eval.api.reports import closing_report
 from beacon_mj.eval.runs.config import Logging
 from beacon_mj.eval.runs.evaluation import EvaluationOptions, prepare
 from beacon_mj.eval.runs.lineup import PlannerChoice
@@ -39,6 +40,7 @@ def evaluate(
     isolate: bool | None = None,
     log: Logging = "all",
     resume: bool = False,
+    report: bool = True,
     trust_code: bool = False,
     progress: Progress = quiet,
     tell: Callable[[str], None] = lambda _: None,
@@ -80,11 +82,14 @@ def evaluate(
             do reaches the evaluation; by default those from files do.
         log: Which episodes leave an MCAP log: `all`, `failures`, or `none`.
         resume: Go on with the run in `out`; without planners, with its own options.
+        report: Whether to write the run's page at the end, `report.html` in its folder;
+            a shard has none, see `merge`.
         trust_code: Run the files of planners and layouts that only the folder in `out`
             names, when going on without naming planners. They may be a stranger's.
         progress: Shows what is done, such as `beacon_mj.show_progress`; by default
             nothing is shown.
-        tell: Told before the start of rounds that `scenes_per_family` cuts.
+        tell: Told before the start of rounds that `scenes_per_family` cuts, and at the
+            end why there is no page, if it could not be written.
 
     Returns:
         Rows, tables, and the folder. A planner that fails costs its own episode, and
@@ -121,19 +126,33 @@ def evaluate(
         run.folder.finish(run.config, run.rows, summarize(run.rows))
     finally:
         run.folder.close()  # A traceback may keep it, in a notebook.
-    return Results(run.folder.path, run.config, run.rows, run.faults)
+    results = Results(run.folder.path, run.config, run.rows, run.faults)
+    if report:
+        closing_report(results, tell)
+    return results
 
 
-def merge(out: str | Path, shards: Sequence[str | Path]) -> Results:
+def merge(
+    out: str | Path,
+    shards: Sequence[str | Path],
+    *,
+    report: bool = True,
+    tell: Callable[[str], None] = lambda _: None,
+) -> Results:
     """Put the shards of one run together: the results of an uninterrupted run.
 
     Args:
         out: The new run folder.
         shards: Run folders of all shards, in any order; they stay as they are.
+        report: Whether to write the page of the whole run, `report.html` in its folder.
+        tell: Told why there is no page, if it could not be written.
 
     Raises:
         RunError: If a folder is no shard, a shard is there twice, is missing or
             unfinished, or two differ in their options; nothing is written then.
     """
     merge_shards(Path(out), [Path(shard) for shard in shards])
-    return load_results(out)
+    results = load_results(out)
+    if report:
+        closing_report(results, tell)
+    return results

@@ -2,7 +2,6 @@
 
 from pathlib import Path
 
-from beacon_mj.errors import RunError
 from beacon_mj.eval.statistics.results import Source, results_of
 from beacon_mj.eval.studies.learning import savings
 from beacon_mj.eval.studies.learning_table import LearningSavings
@@ -23,19 +22,15 @@ def learning_savings(
         plot: SVG, PNG or PDF file for the figure, one point a scene.
 
     Raises:
-        RunError: If the run has no such planners or scenes, or the extra `report`,
-            which the figure needs, is not installed.
+        RunError: If the run has no such planners or scenes, or the figure's name ends
+            in something else.
     """
     found = LearningSavings(
         without, learner, savings(results_of(run), without, learner)
     )
     if plot is not None:
-        try:
-            from beacon_mj.eval.report.learning_figure import write_scatter
-        except ModuleNotFoundError as error:
-            raise RunError(
-                f"plot: expected package {error.name!r} but it is not installed: "
-                "pip install 'beacon-mj[report]'."
-            ) from error
+        # Only now: matplotlib takes half a second to import.
+        from beacon_mj.eval.report.learning_figure import write_scatter
+
         write_scatter(found.scenes, found.families, Path(plot))
     return found

@@ -11,6 +11,7 @@ from beacon_mj.constants import WALL_CLOCK_COLUMNS
 from beacon_mj.errors import BeaconError, LogError
 from beacon_mj.eval.metrics.measure import measure
 from beacon_mj.eval.metrics.row import Row
+from beacon_mj.extras import missing
 from beacon_mj.recording import Log, log_of, rebuild_trace
 from beacon_mj.recording import recover as copy_whole_steps
 from beacon_mj.rendering import LogSource
@@ -108,10 +109,7 @@ def export_ros2(log: str | Path, out: str | Path) -> int:
     try:
         from beacon_mj.recording.ros2 import export_ros2 as export
     except ModuleNotFoundError as error:
-        raise BeaconError(
-            f"Expected package {error.name!r} but it is not installed: "
-            "pip install 'beacon-mj[ros2]'."
-        ) from error
+        raise BeaconError(f"--ros2: {missing(error, 'ros2')}") from error
     return export(Path(log), Path(out))
 
 

@@ -17,7 +17,12 @@ IDENTIFIED = 0.9  #: Probability of the true class at which it is identified.
 
 
 class History(NamedTuple):
-    """Reports about one obstacle: its true class's index, and (time [s], p)."""
+    """Reports about one obstacle that differ from the one before.
+
+    Attributes:
+        truth: Index of its true class.
+        reports: Time [s] and probabilities, the first report at first.
+    """
 
     truth: int
     reports: list[tuple[float, Probabilities]]
@@ -28,12 +33,17 @@ def histories(trace: Trace) -> dict[str, History]:
     truths = {o.id: CLASSES.index(o.interaction) for o in trace.scene.obstacles}
     out: dict[str, History] = {}
     period = trace.scene.robot.control_period_s
+    before: Mapping[str, Probabilities] = {}
     for record in trace.steps:
-        for name, p in record.command.info.beliefs.items():
+        beliefs = record.command.info.beliefs
+        for name, p in beliefs.items():
+            if before.get(name) is p:
+                continue
             if name in truths and _is_distribution(p):
                 history = out.setdefault(name, History(truths[name], []))
                 # A decision is taken at the start of the step that it causes.
                 history.reports.append((record.outcome.time_s - period, p))
+        before = beliefs
     return out
 
 

@@ -137,11 +137,10 @@ def page_tables(run: Results, baseline: str | None = None) -> list[str]:
             *made.results,
             made.outcomes,
             *made.differences,
+            *(t for m in made.missions for t in (m.results, m.differences)),
             made.beliefs,
-            *(m.results for m in made.missions),
-            *(m.differences for m in made.missions if m.differences.groups),
         )
-        if each is not None
+        if each is not None and each.groups
     ]
 
 

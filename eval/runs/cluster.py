@@ -31,6 +31,7 @@ from beacon_mj.eval.runs.jobs import (
 )
 from beacon_mj.eval.runs.runner import AHEAD, NOBODY, rescued, told
 from beacon_mj.eval.runs.versions import versions
+from beacon_mj.extras import missing
 from beacon_mj.planners.registry import whole_spec
 
 CONNECT_S = 10.0  #: Time within which scheduler and first worker must answer [s].
@@ -118,10 +119,7 @@ def _client(address: str) -> Any:
         import distributed
         from distributed.comm.addressing import get_address_host_port
     except ImportError as error:
-        raise RunError(
-            "--cluster: expected dask and distributed, which the extra has: "
-            "pip install 'beacon-mj[cluster]'."
-        ) from error
+        raise RunError(f"--cluster: {missing(error, 'cluster')}") from error
     make: Any = distributed.Client  # Its constructor has no annotations.
     try:
         # A client of an address that is none would hang when the process ends.

@@ -12,7 +12,7 @@ from msgspec import UNSET, Meta
 
 from beacon_mj.constants import SCHEMA
 from beacon_mj.episode.protocol import Protocol
-from beacon_mj.errors import RunError, unknown
+from beacon_mj.errors import RunError, TemplateError, unknown
 from beacon_mj.eval.runs.missions import (
     check_stored_days,
     check_whole,
@@ -280,30 +280,37 @@ def stored_scenes(
 
 
 def planned_scenes(config: RunConfig) -> list[SceneRef]:
-    """Return the scenes of a configured run, or its shard, reading no template.
+    """Return the scenes of a configured run, or its shard.
+
+    Where the run's own templates are not there, days of a mission are scenes of their
+    own: their number is known all the same.
 
     Raises:
         BeaconError: If stored scenes are not there, or are no valid ones.
     """
-    names, count = [*config.families], config.scenes_per_family
-    if config.scene_dir is not None:
-        _, refs = stored_scenes(Path(config.scene_dir), names, count)
-    else:
-        refs = [SceneRef(n, i) for n in names for i in range(count or 0)]
-    return share(refs, config.shard)
+    try:
+        return scene_refs(config)[1]
+    except TemplateError:
+        counts = _counts(config).items()
+        refs = [SceneRef(name, i) for name, count in counts for i in range(count)]
+        return share(refs, config.shard)
 
 
 def scene_refs(config: RunConfig) -> tuple[dict[str, str], list[SceneRef]]:
     """Return the families' hashes and the scenes of a configured run, or its shard."""
-    names, count = [*config.families], config.scenes_per_family
     if config.scene_dir is not None:
+        names, count = [*config.families], config.scenes_per_family
         hashes, refs = stored_scenes(Path(config.scene_dir), names, count)
     else:
         templates = None if config.templates is None else Path(config.templates)
-        counts = dict.fromkeys(names, count or 0)
-        counts |= {name: each.count for name, each in config.scenes.items()}
-        hashes, refs = _hashed_scenes(counts, templates)
+        hashes, refs = _hashed_scenes(_counts(config), templates)
     return hashes, share_missions(refs, config.shard)
+
+
+def _counts(config: RunConfig) -> dict[str, int]:
+    """Return the number of generated scenes by family."""
+    counts = dict.fromkeys(config.families, config.scenes_per_family or 0)
+    return counts | {name: each.count for name, each in config.scenes.items()}
 
 
 def suite_of_ref(config: RunConfig, ref: SceneRef, scene: Scene) -> str | None:

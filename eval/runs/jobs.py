@@ -3,8 +3,8 @@
 Runs in a worker process.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
-from functools import partial
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import cache, partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -181,8 +181,9 @@ def _days(
         scene = world.scene
         path = _log_path(config, folder, scene, e)
         seed = planner_seed(config.seed, scene.family, scene.index)
-        listeners = [] if path is None else [_recorder(path, e, seed)]
-        row = measure(mission.day(scene, seed, listeners, world, suite))
+        measured = cache(measure)  # Once, for the log and for the table.
+        listeners = [] if path is None else [_recorder(path, e, seed, measured)]
+        row = measured(mission.day(scene, seed, listeners, world, suite))
         if path is not None and config.log == "failures" and row.clean_success:
             path.unlink()
         yield row, planner.where if row.outcome == "planner_error" else ""
@@ -223,11 +224,12 @@ def _log_path(
     return path
 
 
-def _recorder(path: Path, entry: PlannerEntry, seed: int) -> Listener:
+def _recorder(
+    path: Path, entry: PlannerEntry, seed: int, measured: Callable[[Trace], Row]
+) -> Listener:
     from beacon_mj.recording import Recorder
 
-    return Recorder(path, planner_config=entry.config, seed=seed, row=_measured)
+    def row(trace: Trace) -> dict[str, Any]:
+        return measured(trace).as_dict()
 
-
-def _measured(trace: Trace) -> dict[str, Any]:
-    return measure(trace).as_dict()
+    return Recorder(path, planner_config=entry.config, seed=seed, row=row)

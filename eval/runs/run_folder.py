@@ -21,11 +21,12 @@ from beacon_mj.eval.runs.run_lock import LockedFile
 from beacon_mj.files import file_name, replacing
 from beacon_mj.source_files import first_change
 
-CONFIG, LINES, TABLE, SUMMARY = (
+CONFIG, LINES, TABLE, SUMMARY, REPORT = (
     "config.json",
     "episodes.jsonl",
     "episodes.parquet",
     "summary.json",
+    "report.html",
 )
 
 if TYPE_CHECKING:

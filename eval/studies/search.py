@@ -12,6 +12,7 @@ from typing import Any
 from beacon_mj.errors import RunError
 from beacon_mj.eval.studies.parameter_grid import Changes, Swept
 from beacon_mj.eval.studies.sweep import Score, SweepRequest, swept_lines
+from beacon_mj.extras import missing
 
 JOURNAL = "optuna.journal"
 #: Ranges beyond Table I's values: from half the smallest to twice the largest, but for
@@ -64,10 +65,7 @@ def _study(request: SweepRequest, journal: Path) -> Any:
         import optuna
         from optuna.storages.journal import JournalFileBackend, JournalStorage
     except ImportError as error:
-        raise RunError(
-            "--trials: expected optuna, which the extra has: pip install "
-            "'beacon-mj[sweep]'."
-        ) from error
+        raise RunError(f"--trials: {missing(error, 'sweep')}") from error
     optuna.logging.set_verbosity(optuna.logging.ERROR)
     return optuna.create_study(
         storage=JournalStorage(JournalFileBackend(str(journal))),

@@ -22,6 +22,7 @@ from beacon_mj.eval.runs.log_files import LOGS
 from beacon_mj.eval.runs.run_folder import (
     CONFIG,
     LINES,
+    REPORT,
     SUMMARY,
     TABLE,
     load_config,
@@ -32,7 +33,6 @@ from beacon_mj.scene_gen.family import family_sha256
 
 FORMAT = 1  #: Of the manifest.
 MANIFEST = "manifest.json"
-REPORT = "report.html"
 #: Files of a template folder that belong to it.
 TEMPLATE_SUFFIXES = frozenset({".xml", ".py", ".obj", ".stl", ".msh", ".png"})
 _NEVER = (1980, 1, 1, 0, 0, 0)  #: The earliest time that an archive can hold.

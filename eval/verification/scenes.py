@@ -54,7 +54,7 @@ def check_scenes(
         rows: Its rows.
         workers: Processes.
     """
-    problems = list(_families(run, config))
+    problems = list(family_problems(run, config))
     hashes = {(row.family, row.scene_index): row.scene_sha256 for row in rows}
     claims = {(row.family, row.scene_index): row.suite for row in rows}
     wanted = [ref for ref in refs if (ref.family, ref.index) in hashes]
@@ -93,7 +93,7 @@ def regenerated(scene: Scene) -> Scene | None:
         return None
 
 
-def _families(run: Path, config: RunConfig) -> Mapping[str, None]:
+def family_problems(run: Path | str, config: RunConfig) -> Mapping[str, None]:
     """Return a line for each family whose files are others now."""
     if config.scene_dir is not None:
         return {}

@@ -6,6 +6,7 @@ Everything here works on *perceived* footprints, as upright prisms in python-fcl
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cache, cached_property
 
 import fcl
 import numpy as np
@@ -18,6 +19,8 @@ from beacon_mj.numerics import norm, norms, unit_vectors
 _FACETS = 16
 #: Overlap below which neighbours that merely touch do not count as hit [m].
 _GRAZE_M = 0.01
+#: Slack of bounding boxes, against rounding [m].
+_BOX_SLACK_M = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,15 +51,16 @@ class PushWorld:
         """Build the collision world of `obstacles`, in their order."""
         self.obstacles = tuple(obstacles)
         self._outlines = [outline(o.footprint) for o in self.obstacles]
-        self._prisms = [
-            prism(v, o.height_m)
-            for v, o in zip(self._outlines, self.obstacles, strict=True)
-        ]
-        self._objects = [fcl.CollisionObject(p) for p in self._prisms]
-        self._index = {id(p): i for i, p in enumerate(self._prisms)}
-        self._manager = fcl.DynamicAABBTreeCollisionManager()
-        self._manager.registerObjects(self._objects)
-        self._manager.setup()
+        self._low = np.array([v.min(axis=0) for v in self._outlines])
+        self._high = np.array([v.max(axis=0) for v in self._outlines])
+
+    @cached_property
+    def _solids(self) -> "_Solids":
+        """The prisms; most questions are answered by their bounding boxes alone."""
+        heights = [o.height_m for o in self.obstacles]
+        return _Solids(
+            [prism(v, h) for v, h in zip(self._outlines, heights, strict=True)]
+        )
 
     def cascade(
         self,
@@ -102,27 +106,53 @@ class PushWorld:
         if distance <= 0.0:
             return []
         start = _shrunk(self._outlines[i])
-        swept = convex_hull(np.vstack([start, start + travel]))
-        height = self.obstacles[i].height_m
-        data = fcl.CollisionData(request=fcl.CollisionRequest(num_max_contacts=64))
-        probe = fcl.CollisionObject(prism(swept, height))
-        self._manager.collide(probe, data, fcl.defaultCollisionCallback)
-        found = set()
-        for contact in data.result.contacts:
-            for geometry in (contact.o1, contact.o2):
-                j = self._index.get(id(geometry))
-                if j is not None and j != i:
-                    found.add(j)
+        swept = np.vstack([start, start + travel])
+        if not self._others_in_box(i, swept):
+            return []
+        height, solids = self.obstacles[i].height_m, self._solids
+        found = solids.touched(prism(convex_hull(swept), height), but=i)
         mover = fcl.CollisionObject(prism(start, height))
         return sorted(
-            ((j, self._time_of_contact(mover, j, travel) * distance) for j in found),
+            ((j, solids.time_of_contact(mover, j, travel) * distance) for j in found),
             key=lambda hit: hit[1],
         )
 
-    def _time_of_contact(
+    def _others_in_box(self, i: int, points: Array) -> bool:
+        """Whether any obstacle but i reaches into the bounding box of some points."""
+        low, high = points.min(axis=0) - _BOX_SLACK_M, points.max(axis=0) + _BOX_SLACK_M
+        inside = ((self._low <= high) & (self._high >= low)).all(axis=1)
+        inside[i] = False
+        return bool(inside.any())
+
+
+class _Solids:
+    """Prisms in a collision world."""
+
+    def __init__(self, prisms: Sequence[fcl.Convex]) -> None:
+        self._prisms = prisms
+        self._objects = [fcl.CollisionObject(p) for p in prisms]
+        self._index = {id(p): i for i, p in enumerate(prisms)}
+        self._manager = fcl.DynamicAABBTreeCollisionManager()
+        self._manager.registerObjects(self._objects)
+        self._manager.setup()
+
+    def touched(self, probe: fcl.Convex, but: int) -> set[int]:
+        """Return the numbers of the prisms that `probe` overlaps, one excepted."""
+        data = fcl.CollisionData(request=fcl.CollisionRequest(num_max_contacts=64))
+        self._manager.collide(
+            fcl.CollisionObject(probe), data, fcl.defaultCollisionCallback
+        )
+        found = (
+            self._index.get(id(solid))
+            for contact in data.result.contacts
+            for solid in (contact.o1, contact.o2)
+        )
+        return {j for j in found if j is not None and j != but}
+
+    def time_of_contact(
         self, mover: fcl.CollisionObject, j: int, travel: Array
     ) -> float:
-        """Return the share of `travel` after which `mover` meets obstacle j."""
+        """Return the share of `travel` after which `mover` meets prism j."""
         end = fcl.Transform(np.array([travel[0], travel[1], 0.0]))
         other = self._objects[j]
         result = fcl.ContinuousCollisionResult()
@@ -141,10 +171,15 @@ def outline(footprint: Footprint) -> Array:
     """Return a polygon around a footprint, round parts as facets, (k, 2) [m]."""
     if footprint.radius == 0.0:
         return footprint.vertices
-    angle = np.arange(_FACETS) * (2.0 * np.pi / _FACETS)
-    rim = footprint.radius * unit_vectors(angle)
+    rim = footprint.radius * _unit_circle()
     points = footprint.vertices[:, None, :] + rim[None, :, :]
     return convex_hull(points.reshape(-1, 2))
+
+
+@cache
+def _unit_circle() -> Array:
+    """Return points of the unit circle, shape (_FACETS, 2)."""
+    return unit_vectors(np.arange(_FACETS) * (2.0 * np.pi / _FACETS))
 
 
 def prism(vertices: Array, height_m: float) -> fcl.Convex:

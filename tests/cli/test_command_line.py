@@ -25,7 +25,9 @@ from beacon_mj.scene_gen.generate import generate_scene
 from tests.eval.runs.test_runner import HOSTILE, timeless
 from tests.repository import REPOSITORY
 
-SMALL = ["--family", "sparse", "-n", "1", "--workers", "1", "--log", "none"]
+SMALL = [
+    "--family", "sparse", "-n", "1", "--workers", "1", "--no-report", "--log", "none",
+]  # fmt: skip
 
 
 @pytest.fixture(autouse=True)

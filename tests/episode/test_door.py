@@ -18,7 +18,7 @@ from beacon_mj.episode.sealed import Sealer, sealed_array
 from beacon_mj.episode.sensor import Sensor
 from beacon_mj.errors import describe, one_line
 from beacon_mj.eval.metrics.measure import measure
-from beacon_mj.geometry import Array
+from beacon_mj.geometry import Array, Footprint
 from beacon_mj.interface import Command, Observation, PlannerInfo, Task
 from beacon_mj.planners.base import Planner
 from beacon_mj.planners.push_through import PushThrough
@@ -180,6 +180,22 @@ def test_an_observation_is_sealed_whole() -> None:
         touched += len(given.contacts)
     assert len(seen.obstacles) > 3
     assert touched
+
+
+def test_what_stays_keeps_its_object() -> None:
+    """A planner's caches may tell by the object that an obstacle did not move."""
+    sealer, kept = Sealer(), 0
+    before: dict[str, Footprint] = {}
+    seen_before: dict[str, Footprint] = {}
+    for _, seen in observed(60):
+        for own, o in zip(
+            sealer.observation(seen).obstacles, seen.obstacles, strict=True
+        ):
+            same = seen_before.get(o.id) is o.footprint
+            assert (before.get(o.id) is own.footprint) == same
+            before[o.id], seen_before[o.id] = own.footprint, o.footprint
+            kept += same
+    assert kept > 60
 
 
 def _spoil(given: Observation) -> None:

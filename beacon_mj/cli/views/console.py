@@ -7,13 +7,16 @@ nothing reaches a terminal but what can be printed; see `printable`.
 import re
 import sys
 from collections.abc import Iterable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 
 from beacon_mj.cli.standard_streams import abandon, results
 from beacon_mj.errors import printable
 from beacon_mj.rendering.tables import WIDTH, Tabular, write
+
+if TYPE_CHECKING:
+    from beacon_mj.eval.statistics.results import Results
 
 
 class _Console(Console):
@@ -52,6 +55,15 @@ def remark(*lines: str) -> None:
     """
     for line in lines:
         _tell(f"{printable(line)}\n")
+
+
+def show_page(run: "Results") -> None:
+    """Write the page that ends an evaluation, and say where it is, or why it is not."""
+    from beacon_mj.eval.api.reports import closing_report
+
+    page = closing_report(run, lambda line: remark(f"note: {line}"))
+    if page is not None:
+        remark(f"report: {page}")
 
 
 def redraw(line: str) -> None:

@@ -20,7 +20,7 @@ from beacon_mj.eval.studies.merge import merge
 SMALL = [
     "eval", "--planner", "push-through", "--planner", "bug1", "--family", "sparse",
     "--family", "collision-required", "-n", "2", "--workers", "1",
-    "--set", "protocol.max_steps=60",
+    "--set", "protocol.max_steps=60", "--no-report",
 ]  # fmt: skip
 
 

@@ -5,6 +5,7 @@ import os
 import shutil
 import zipfile
 from pathlib import Path
+from typing import Any
 
 import msgspec
 import pytest
@@ -33,14 +34,13 @@ class Mine(Planner):
 """
 
 
-def evaluated(out: Path, planners: list[str], **options: object) -> Path:
-    beacon_mj.evaluate(
-        planners,
-        **({"families": ["sparse"], "scenes_per_family": 2} | options),  # type: ignore[arg-type]
-        settings=SHORT,
-        workers=1,
-        out=out,
-    )
+def evaluated(out: Path, planners: list[str], **options: Any) -> Path:
+    few: dict[str, Any] = {
+        "families": ["sparse"],
+        "scenes_per_family": 2,
+        "settings": SHORT,
+    }
+    beacon_mj.evaluate(planners, **(few | options), workers=1, out=out)
     return out
 
 
@@ -74,6 +74,7 @@ def failing(run: Path, **options: object) -> set[str]:
 def rewrite(run: Path, found: list[Row]) -> None:
     """Write the tables anew, as a forger would."""
     (run / "episodes.jsonl").write_bytes(b"")
+    (run / "report.html").unlink(missing_ok=True)
     folder = RunFolder(run)
     folder.append(found)
     folder.finish(load_config(run), found, summarize(found))
@@ -84,6 +85,26 @@ def test_an_honest_run_holds_at_every_level(made: Path) -> None:
     assert found.ok, found.problems
     assert [c.level for c in found.checks] == ["tables", "scenes", "logs", "planner"]
     assert "4 logs compared in every message" in found.checks[-1].note
+
+
+def test_a_run_of_whole_rounds_by_default_holds(tmp_path: Path) -> None:
+    out = tmp_path / "run"
+    beacon_mj.evaluate(
+        ["bug1"], families=["sparse"], settings={"protocol.max_steps": 1},
+        workers=1, log="none", out=out,
+    )  # fmt: skip
+    assert load_config(out).scenes_per_family is None
+    found = beacon_mj.verify(out, workers=1)
+    assert found.ok, found.problems
+    assert "100 rows compared" in found.checks[0].note
+
+
+def test_the_days_of_a_mission_are_run_again_together(tmp_path: Path) -> None:
+    run = evaluated(
+        tmp_path / "run", ["beacon"], families=["revisited-rooms"], scenes_per_family=3,
+        seed=1000, settings=SHORT | {"protocol.max_steps": 60},
+    )  # fmt: skip
+    assert failing(run, rerun=True) == set()
 
 
 def test_half_of_the_episodes_removed_fails_tables(run: Path) -> None:

@@ -24,6 +24,7 @@ from beacon_mj.planners.contact.policy import PushPolicy
 from beacon_mj.planners.registry import load_planner
 from beacon_mj.planners.semantic import Semantic, SemanticPolicy
 from beacon_mj.scene_gen.generate import generate_scene
+from tests.pages import blocks
 from tests.repository import REPOSITORY
 
 SEED = 4000  # Neither the tuning nor the reported scenes.
@@ -173,8 +174,7 @@ def test_obstacles_are_compared_three_at_a_time_until_there_is_a_way(
 @pytest.fixture
 def lazy(tmp_path: Path) -> Path:
     """The policy that the docs show how to write."""
-    text = (REPOSITORY / "docs" / "planners.md").read_text()
-    (block,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    (block,) = blocks((REPOSITORY / "docs" / "push-policy.md").read_text(), "python")
     path = tmp_path / "lazy.py"
     path.write_text(block)
     return path

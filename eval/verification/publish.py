@@ -1,0 +1,82 @@
+"""Make a finished run a published table, which `verify --published` runs again.
+
+    python -m beacon_mj.eval.verification.publish RUN [NAME]
+
+For maintainers, in a checkout. The name is of suites and seed, such as
+`paper-v1-seed-0`, unless one is given; a record of that name is replaced.
+"""
+
+import sys
+from pathlib import Path
+
+import msgspec
+
+from beacon_mj.errors import BeaconError, RunError
+from beacon_mj.eval.metrics.row import rows_sha256
+from beacon_mj.eval.runs.config import RunConfig, planned_scenes
+from beacon_mj.eval.runs.run_folder import load_config, load_rows
+from beacon_mj.eval.runs.variants import checked_name
+from beacon_mj.eval.verification.records import RECORDS, Table, write_record
+from beacon_mj.eval.verification.scenes import family_problems
+from beacon_mj.eval.verification.tables import check_tables
+from beacon_mj.planners.registry import planner_names
+
+
+def publish(run: Path, name: str | None = None, folder: Path = RECORDS) -> Path:
+    """Write the record of a finished run; return its path.
+
+    Args:
+        run: The run folder.
+        name: The record's name; by default suites and seed.
+        folder: Where records are.
+
+    Raises:
+        RunError: If the run is unfinished, a shard, or not of shipped planners and
+            families, or its tables are not of its rows.
+    """
+    config, rows = load_config(run), load_rows(run)
+    if (problem := _unfit(config)) is not None:
+        raise RunError(f"{run}: expected {problem}, to publish it.")
+    check = check_tables(run, planned_scenes(config))
+    problems = [*check.problems, *family_problems(run, config)]
+    if problems:
+        raise RunError(problems[0])
+    table = Table(rows=len(rows), rows_sha256=rows_sha256(rows), config=config)
+    return write_record(checked_name(name or _name(config)), table, rows, folder)
+
+
+def _unfit(config: RunConfig) -> str | None:
+    """Say what a run should be of and is not, or return None."""
+    if config.shard is not None:
+        return "a whole run, not a shard"
+    if config.scene_dir is not None or config.templates is not None:
+        return "generated scenes of shipped families"
+    known = planner_names()
+    for entry in config.planners:
+        if not known.get(entry.spec, "").startswith("beacon_mj."):
+            return f"shipped planners, not {entry.name},"
+    return None
+
+
+def _name(config: RunConfig) -> str:
+    suites = dict.fromkeys(each.suite or "own" for each in config.scenes.values())
+    return f"{'-'.join(suites)}-seed-{config.seed}"
+
+
+def main(arguments: list[str]) -> int:
+    """Run the command; return its exit status."""
+    if len(arguments) not in (1, 2):
+        print(__doc__, file=sys.stderr)
+        return 2
+    try:
+        path = publish(Path(arguments[0]), arguments[1] if arguments[1:] else None)
+    except BeaconError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 2
+    found = msgspec.json.decode(path.read_bytes(), type=Table)
+    print(f"{path}: {found.rows} episodes, SHA-256 of the rows {found.rows_sha256}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
