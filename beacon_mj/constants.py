@@ -6,9 +6,11 @@ from typing import Literal
 InteractionClass = Literal["safe", "movable", "fragile"]
 #: Interaction classes of the paper (III.B), in the order of every probability vector.
 CLASSES: tuple[InteractionClass, ...] = ("safe", "movable", "fragile")
-#: Version of rows, run folders and logs: raised when a column or a topic changes its
-#: name or its meaning. Those of version 0.1 carry none.
+#: Version of rows and run folders: raised when a column changes its name or its
+#: meaning. Those of version 0.1 carry none.
 SCHEMA = 2
+#: Version of logs: raised when a topic or a field changes. Those of 0.1 carry none.
+LOG_SCHEMA = 3
 #: The columns of a row that no two runs need share.
 WALL_CLOCK_COLUMNS = frozenset({"plan_ms_p50", "plan_ms_p99", "wall_time_s"})
 #: Least and largest whole numbers that options, calls and run folders may hold.
