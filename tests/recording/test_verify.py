@@ -197,7 +197,7 @@ def _from_elsewhere(
     sample: Sample, folder: Path, topic: str, edit: Callable[[Any], None], row_of: Trace
 ) -> Path:
     """Return a forged log of another processor, with the row of a trace."""
-    _forge(sample, folder / "forged.mcap", topic, 3, edit)
+    _forge(sample, folder / "forged.mcap", topic, 21, edit)
     forged = Sample(folder / "forged.mcap", sample.trace)
     text = provenance.to_json(provenance.stable_row(_measured(row_of)))
     _with_metadata(forged, folder / "row.mcap", "result", row=text)
@@ -229,13 +229,13 @@ def test_states_of_another_processor_are_compared_within_the_tolerance(
 def test_a_log_cannot_say_of_its_work_what_it_likes_by_naming_another_machine(
     sample: Sample, tmp_path: Path, mended: bool, whose: str
 ) -> None:
-    def rest(m: Any) -> None:
-        m.actuator_work_j = 0.0
+    def toil(m: Any) -> None:
+        m.actuator_work_j += 1.0
 
-    idle = tmp_path / "idle.mcap"
-    _forge(sample, idle, "/step", 3, rest)
-    row_of = rebuild_trace(read_log(idle)) if mended else sample.trace
-    path = _from_elsewhere(sample, tmp_path, "/step", rest, row_of)
+    busy = tmp_path / "busy.mcap"
+    _forge(sample, busy, "/step", 21, toil)
+    row_of = rebuild_trace(read_log(busy)) if mended else sample.trace
+    path = _from_elsewhere(sample, tmp_path, "/step", toil, row_of)
     problem = str(verify(path, _measured).problem)
     assert re.search(rf"row\.actuator_work_j is .* but {whose}", problem), problem
 
