@@ -16,6 +16,9 @@ check: (step "lint") (step "types") (step "contracts")
 test *ARGS:
     pytest -q -n auto {{ ARGS }}
 
+# Build the documentation into build/site; broken links are errors.
+docs: (step "docs")
+
 # Run one step of .ci/run.
 step NAME:
     bash .ci/run {{ NAME }}

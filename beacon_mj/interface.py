@@ -134,8 +134,10 @@ class SensedObstacle:
 class Contact(NamedTuple):
     """The bumper feels an obstacle.
 
-    `normal` is the horizontal unit vector from the robot into the obstacle, shape
-    (2,); `force_n` the filtered force at the end of the control step [N].
+    Attributes:
+        id: The obstacle.
+        normal: Horizontal unit vector from the robot into it, shape (2,).
+        force_n: Filtered force at the end of the control step [N].
     """
 
     id: str
@@ -146,9 +148,13 @@ class Contact(NamedTuple):
 class PushEvidence(NamedTuple):
     """How one push attempt ended; exactly one for each attempt that says anything.
 
-    `force_n` [N] is, for `moved`, the largest filtered force until it slipped, an upper
-    bound on the force it needs; for `not_moved` the force it held, a lower bound; for
-    `broken` the force that broke it.
+    Attributes:
+        id: The obstacle.
+        evidence: `moved`, `not_moved` or `broken`.
+        force_n: For `moved`, the largest filtered force until it slipped, an upper
+            bound on the force it needs; for `not_moved` the force it held, a lower
+            bound; for `broken` the force that broke it [N].
+        time_s: When the attempt ended [s].
     """
 
     id: str
@@ -200,8 +206,9 @@ class PlannerInfo:
         action: What the planner is doing.
         reason: One short sentence.
         target: Obstacle the action is about, if any.
-        cost_push: C_push of the last push-or-detour comparison (paper II.F).
-        cost_detour: C_detour of the same.
+        cost_push: What the last push-or-detour comparison compared of the push, where
+            the lower side was chosen: C_push - b_push in the rule of paper II.F.
+        cost_detour: The same of the way round: C_detour + m_detour.
         terms: Named terms of the chosen candidate's objective J (paper II.E).
         path_m: Planned path, shape (m, 2) [m].
         beliefs: Class probabilities of each obstacle known to the planner.
@@ -223,10 +230,14 @@ class PlannerInfo:
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class Command:
-    """A planar velocity for one control period, shape (2,) [m/s], and why.
+    """A planar velocity for one control period, and why.
 
-    A planner that has proved, or decided, that it cannot go on sets `give_up`: the
-    episode then ends with outcome `gave_up`.
+    Attributes:
+        velocity_mps: Velocity of the robot's centre, shape (2,) [m/s]; one above the
+            speed limit is scaled down.
+        give_up: Set by a planner that has proved, or decided, that it cannot go on: the
+            episode then ends with outcome `gave_up`.
+        info: For the log and the metrics.
     """
 
     velocity_mps: Array

@@ -16,9 +16,9 @@ from tests.repository import REPOSITORY
 PAGES = [*sorted((REPOSITORY / "docs").glob("*.md")), REPOSITORY / "README.md"]
 FOLDERS = ("beacon_mj", "eval", "planners", "scene_gen", "mjcf_templates")
 #: Files that the reader writes, or that a run writes under a number.
-READERS = re.compile(r"(mine|file|layouts|lazy|study)\.py|scene_\d+\.(json|xml)")
+READERS = re.compile(r"(mine|file|layouts|lazy|nudge|study)\.py|scene_\d+\.(json|xml)")
 #: Words of Python, and of other programs.
-FOREIGN = {*dir(builtins), "use_sim_time", "SandyBridge", "SkylakeX"}
+FOREIGN = {*dir(builtins), "exp", "use_sim_time", "SandyBridge", "SkylakeX"}
 #: Names that are no modules: groups of entry points.
 GROUPS = {"beacon_mj.layouts"}
 
@@ -97,7 +97,7 @@ def missing(name: str) -> str | None:
         there = name in {p.name for p in files()} | words() | {"pyproject.toml"}
         return None if there or READERS.fullmatch(name) else "no such file"
     if call := CALL.match(name):
-        there = call[1] in callables
+        there = call[1] in callables | FOREIGN
         return None if there else f"no function {call[1]}"
     if (member := MEMBER.fullmatch(name)) and member[1] in members:
         there = member[2] in members[member[1]]

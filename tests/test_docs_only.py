@@ -1,4 +1,4 @@
-"""What a reader does from docs/families.md alone, in an empty folder."""
+"""What a reader does from docs/own-families.md alone, in an empty folder."""
 
 import os
 import re
@@ -11,16 +11,16 @@ import pytest
 
 from beacon_mj.scene import shapes
 from beacon_mj.scene_gen.generate import generate_scene
+from tests.pages import parts
 from tests.repository import REPOSITORY
 
-TEXT = (REPOSITORY / "docs" / "families.md").read_text()
+TEXT = (REPOSITORY / "docs" / "own-families.md").read_text()
 IN_SMALL = "--scenes-per-family 2 --out run --json"
 
 
 def files(text: str) -> dict[str, str]:
-    """Return the blocks that a page names, such as "`my_dir/x.xml`:", by name."""
-    found = re.findall(r"`(my_dir/[^`]+)`[^`\n]*:\n\n```\w+\n(.*?)```", text, re.S)
-    return dict(found)
+    """Return the files that a page says to save, by name."""
+    return {block.title: block.text for block in parts(text) if block.title}
 
 
 @pytest.fixture
@@ -101,14 +101,14 @@ def test_an_obstacle_written_with_pymjcf(tmp_path: Path) -> None:
 
 def edits_of_the_learning_family() -> dict[str, str]:
     """Return the lines that the page changes in a copy, by the start of the line."""
-    section = TEXT.partition("### Your own learning family")[2]
-    [block] = re.findall(r"```xml\n(.*?)```", section.partition("\n### ")[0], re.S)
+    section = TEXT.partition("## A learning family of your own")[2]
+    [block] = re.findall(r"```xml\n(.*?)```", section.partition("\n## ")[0], re.S)
     return {line.partition(" data=")[0]: line for line in block.splitlines()}
 
 
 def test_a_learning_family_of_ones_own_from_the_page_alone(tmp_path: Path) -> None:
     """Copied, edited in XML only, certified in MuJoCo, and crossed by a robot."""
-    section = TEXT.partition("### Your own learning family")[2]
+    section = TEXT.partition("## A learning family of your own")[2]
     [copy] = re.findall(r"^mkdir my_doors && cp (\S+) (\S+)$", section, re.M)
     path = tmp_path / copy[1]
     path.parent.mkdir()

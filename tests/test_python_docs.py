@@ -9,10 +9,11 @@ from pathlib import Path
 import pytest
 
 import beacon_mj
+from tests.pages import blocks
 from tests.repository import REPOSITORY
 
 PAGE = (REPOSITORY / "docs" / "python.md").read_text()
-PROGRAMS = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
+PROGRAMS = blocks(PAGE, "python")
 
 
 def run(path: Path) -> str:

@@ -4,6 +4,8 @@ Only the value that comes out of here is applied, logged and measured.
 """
 
 from collections.abc import Mapping
+from operator import is_
+from types import MappingProxyType
 from typing import Any, get_args
 
 import numpy as np
@@ -35,12 +37,17 @@ class PlannerFailure(Exception):
         self.where = one_line(where)
 
 
-def checked_command(answer: object, sensed: Mapping[str, object]) -> Command:
+def checked_command(
+    answer: object,
+    sensed: Mapping[str, object],
+    beliefs: Mapping[str, Probabilities] = MappingProxyType({}),
+) -> Command:
     """Return a planner's answer as a command of plain values.
 
     Args:
         answer: What `act` returned.
         sensed: Ids of the obstacles that were sensed so far.
+        beliefs: Beliefs that were checked before, which the answer may repeat.
 
     Raises:
         PlannerFailure: If it is no command, or a value in it is not sound.
@@ -51,7 +58,7 @@ def checked_command(answer: object, sensed: Mapping[str, object]) -> Command:
     return Command(
         velocity_mps=_velocity(answer.velocity_mps),
         give_up=_flag("give_up", answer.give_up),
-        info=_info(answer.info, sensed),
+        info=_info(answer.info, sensed, beliefs),
     )
 
 
@@ -67,7 +74,9 @@ def _velocity(value: object) -> Array:
     )
 
 
-def _info(info: object, sensed: Mapping[str, object]) -> PlannerInfo:
+def _info(
+    info: object, sensed: Mapping[str, object], before: Mapping[str, Probabilities]
+) -> PlannerInfo:
     if not isinstance(info, PlannerInfo):
         raise _bad("info", "a PlannerInfo", info)
     action = _text("info.action", info.action, NAME_CHARS)
@@ -81,7 +90,7 @@ def _info(info: object, sensed: Mapping[str, object]) -> PlannerInfo:
         cost_detour=_cost("info.cost_detour", info.cost_detour),
         terms=_terms(info.terms),
         path_m=_path(info.path_m),
-        beliefs=_beliefs(info.beliefs, sensed),
+        beliefs=_beliefs(info.beliefs, sensed, before),
         replanned=_flag("info.replanned", info.replanned),
         expansions=_count("info.expansions", info.expansions),
     )
@@ -123,7 +132,11 @@ def _path(value: object) -> Array | None:
     return path
 
 
-def _beliefs(value: object, sensed: Mapping[str, object]) -> dict[str, Probabilities]:
+def _beliefs(
+    value: object, sensed: Mapping[str, object], before: Mapping[str, Probabilities]
+) -> Mapping[str, Probabilities]:
+    if type(value) is dict and _same_objects(value, before):
+        return before
     out: dict[str, Probabilities] = {}
     for key, belief in _mapping("info.beliefs", value, max(len(sensed), 1)):
         name = _text("a name in info.beliefs", key, NAME_CHARS)
@@ -134,6 +147,18 @@ def _beliefs(value: object, sensed: Mapping[str, object]) -> dict[str, Probabili
             )
         out[name] = _belief(name, belief)
     return out
+
+
+def _same_objects(value: dict[Any, Any], before: Mapping[str, Probabilities]) -> bool:
+    """Whether names and beliefs are the very objects that were checked before.
+
+    They are strings and tuples of floats, which do not change.
+    """
+    return (
+        len(value) == len(before)
+        and all(map(is_, value, before))
+        and all(map(is_, value.values(), before.values()))
+    )
 
 
 def _belief(name: str, value: Any) -> Probabilities:

@@ -6,7 +6,7 @@ becomes a `PlannerFailure`. Only the user's own Ctrl-C or SIGTERM goes through.
 """
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from beacon_mj.episode.answers import PlannerFailure, checked_command
@@ -20,7 +20,7 @@ from beacon_mj.episode.interrupts import (
 from beacon_mj.episode.process_state import ProcessState
 from beacon_mj.episode.sealed import Sealer, sealed_task
 from beacon_mj.errors import describe
-from beacon_mj.interface import Command, Observation, Task
+from beacon_mj.interface import Command, Observation, Probabilities, Task
 from beacon_mj.planners.base import Planner
 from beacon_mj.planners.routes.graph import RouteGraph, RoutePlanner
 
@@ -51,6 +51,7 @@ class Door:
         self._sealer = Sealer()
         self._state = ProcessState()
         self._sensed: dict[str, None] = {}
+        self._beliefs: Mapping[str, Probabilities] = {}
 
     def tell(self, routes: RouteGraph | None) -> None:
         """Tell a planner on the route graph which graph is next; others hear nothing.
@@ -124,7 +125,9 @@ class Door:
         began = time.perf_counter()
         answer = self._planner.act(observation)
         seconds = time.perf_counter() - began
-        return checked_command(answer, self._sensed), seconds
+        command = checked_command(answer, self._sensed, self._beliefs)
+        self._beliefs = command.info.beliefs
+        return command, seconds
 
     def _call(self, call: Callable[..., Any], limit_s: float, *given: object) -> Any:
         """Call what is the planner's, or runs code of its values."""

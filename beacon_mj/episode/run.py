@@ -219,10 +219,16 @@ class _Loop:
             return "battery_empty"
         if len(self.trace.steps) >= task.max_steps:
             return "timeout"
+        return "stuck" if self._is_stuck(task) else None
+
+    def _is_stuck(self, task: Task) -> bool:
+        """Whether the robot has stayed about where it is for too long."""
+        protocol = self.trace.protocol
         window = round(protocol.stuck_after_s / task.control_period_s)
-        if len(self.positions) > window:
-            recent = np.array(self.positions[-window:])
-            spread = norms(recent - recent[-1]).max()
-            if spread < protocol.stuck_radius_m:
-                return "stuck"
-        return None
+        here, radius_m = self.positions[-1], protocol.stuck_radius_m
+        if len(self.positions) <= window:
+            return False
+        if norm(self.positions[-window] - here) >= radius_m:  # Most of the time.
+            return False
+        recent = np.array(self.positions[-window:])
+        return bool(norms(recent - here).max() < radius_m)

@@ -69,9 +69,8 @@ class _Chunk:
             mine = self.messages.setdefault(channel_id, [])
             mine += [(time_ns, base + offset) for time_ns, offset in entries]
 
-    def packed(self, how: zstandard.ZstdCompressionParameters) -> Chunk:
+    def packed(self, compressor: zstandard.ZstdCompressor) -> Chunk:
         """Return the chunk as a record."""
-        compressor = zstandard.ZstdCompressor(compression_params=how)
         times = [t for entries in self.messages.values() for t, _ in entries]
         return Chunk(
             compression="zstd",
@@ -96,6 +95,8 @@ class LogWriter:
         self._pending, self._open = _Chunk(), _Chunk()
         self._closed: list[tuple[Chunk, list[MessageIndex]]] = []
         self._size = 0
+        self._fast = zstandard.ZstdCompressor(compression_params=_FAST)
+        self._small = zstandard.ZstdCompressor(compression_params=_SMALL)
         self._file.write(MAGIC)
         self.put(Header(profile="", library=library))
 
@@ -117,7 +118,7 @@ class LogWriter:
         """Make all that was written outlive this process."""
         pending, self._pending = self._pending, _Chunk()
         if pending.data:
-            self._file.write(record_bytes(pending.packed(_FAST)))
+            self._file.write(record_bytes(pending.packed(self._fast)))
             self._open.extend(pending)
         self._file.flush()
         size = len(self._open.data)
@@ -151,4 +152,4 @@ class LogWriter:
         if done.data:
             self._size += len(done.data)
             index = [MessageIndex(i, found) for i, found in done.messages.items()]
-            self._closed.append((done.packed(_SMALL), index))
+            self._closed.append((done.packed(self._small), index))

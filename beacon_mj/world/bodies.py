@@ -13,6 +13,8 @@ from beacon_mj.scene import Scene, shapes
 
 _UPRIGHT = math.cos(math.radians(5.0))
 _TOPPLED = math.cos(math.radians(45.0))
+_FIRST_OBSTACLE = 4  #: Where obstacles begin in qpos: the robot has two slides twice.
+_NONE = np.zeros(0, np.int64)
 
 
 class Bodies:
@@ -50,11 +52,14 @@ class Bodies:
             dtype=np.int64,
         )
         self._free = np.flatnonzero(self.qpos_address >= 0)
+        self._still = np.zeros(len(self.index))
         self.reset()
 
     def reset(self) -> None:
         """Take the present state as the start of an episode."""
         self._fallen = np.zeros(len(self.index), np.bool_)
+        self._state: bytes | None = None
+        self._moved = True
         self.poses = self._read()
         self.outlines: list[Footprint] = [
             self._outline(i) for i in range(len(self.index))
@@ -69,6 +74,11 @@ class Bodies:
 
     def refresh(self) -> Array:
         """Read all poses; return how far each obstacle travelled, shape (n,) [m]."""
+        state = self._data.qpos[_FIRST_OBSTACLE:].tobytes()
+        self._moved = state != self._state
+        if not self._moved:
+            return self._still
+        self._state = state
         before, self.poses = self.poses, self._read()
         changed = np.flatnonzero((self.poses != before).any(axis=1))
         for i in changed:
@@ -79,6 +89,8 @@ class Bodies:
 
     def newly_toppled(self) -> NDArray[np.int64]:
         """Return the standing shapes that have fallen over since the last call."""
+        if not self._moved:
+            return _NONE
         x, y = self.poses[:, 4], self.poses[:, 5]
         uprightness = 1.0 - 2.0 * (x * x + y * y)
         fallen = (uprightness < _TOPPLED) & ~self._fallen

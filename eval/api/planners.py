@@ -79,7 +79,7 @@ class PlannerDescription(Tabular):
         table.add_column("")
         for each in self.fields:
             name = f"{self.name}.{each.name}"
-            add_line(table, name, _settable(each.default), each.meaning)
+            add_line(table, name, settable(each.default), each.meaning)
         return [Prose(self.text), table]
 
 
@@ -136,14 +136,14 @@ def _notes(config: object) -> dict[str, str]:
     """Return the `#:` comments above the fields of a configuration, by dotted name."""
     notes: dict[str, str] = {}
     for cls in reversed(type(config).__mro__[:-1]):  # `object` has no fields.
-        notes |= _comments(cls)
+        notes |= field_comments(cls)
     for name in getattr(config, "__dataclass_fields__", ()):
         inner = _notes(getattr(config, name))
         notes |= {f"{name}.{field}": note for field, note in inner.items()}
     return notes
 
 
-def _comments(config: type) -> dict[str, str]:
+def field_comments(config: type) -> dict[str, str]:
     """Return the `#:` comments above the fields of a class."""
     try:
         lines = [line.strip() for line in inspect.getsource(config).splitlines()]
@@ -160,7 +160,7 @@ def _comments(config: type) -> dict[str, str]:
     return notes
 
 
-def _settable(value: object) -> str:
+def settable(value: object) -> str:
     """Return a value as --set takes it."""
     if isinstance(value, frozenset | set):
         value = sorted(value)

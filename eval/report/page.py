@@ -109,7 +109,7 @@ def render_report(
     names = [*chosen, *run.planners]
     focus = FOCUS if FOCUS in chosen else names[0]
     pages = _replay([*chosen.get(focus, []), *failed]) if with_replay else None
-    page: str = _template().render(
+    page: str = template().render(
         policy=_policy(pages),
         note=NOTE,
         oracles=summary["oracles"],
@@ -140,7 +140,7 @@ def page_tables(run: Results, baseline: str | None = None) -> list[str]:
     """Return the tables of a run's page, as they stand in it; see `render_report`."""
     found = _compared(run, baseline)[1]
     made = _tables(run, _summary(run), found)
-    macro = _template("table.html.j2").module.table
+    macro = template("table.html.j2").module.table
     return [
         str(macro(each))
         for each in (
@@ -191,7 +191,8 @@ def _summary(run: Results) -> dict[str, Any]:
     return summary
 
 
-def _template(name: str = "report.html.j2") -> Any:
+def template(name: str = "report.html.j2") -> Any:
+    """Return a template of this package, whose values are escaped and printable."""
     environment = Environment(
         loader=PackageLoader("beacon_mj.eval.report"),
         autoescape=True,

@@ -5,10 +5,10 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import msgspec
-from msgspec import UNSET
+from msgspec import UNSET, Meta
 
 from beacon_mj.constants import SCHEMA
 from beacon_mj.episode.protocol import Protocol
@@ -21,6 +21,7 @@ from beacon_mj.eval.runs.missions import (
 )
 from beacon_mj.eval.runs.scene_cache import cached_scene, released_scene_suite
 from beacon_mj.eval.runs.shards import Shard, share
+from beacon_mj.eval.runs.whole_numbers import SceneCount, Seed
 from beacon_mj.files import files_below
 from beacon_mj.scene import Profile, Scene
 from beacon_mj.scene.files import load_scene
@@ -52,6 +53,8 @@ class PlannerEntry(msgspec.Struct, frozen=True, kw_only=True):
         isolated: Whether it runs in a process of its own.
         oracle: Whether it is told the truth about each world: a reference planner,
             whatever its name, and marked as one in every row and table.
+        bit_reproducible: Whether its rows are the same each time and everywhere, as its
+            class says; tables have a note of those that are not.
         code: SHA-256 of its file and of the local modules that it imports, by path
             below the file's folder; empty for a built-in planner.
         home: Whole path of the file that it is loaded from; no option, for a run may
@@ -66,6 +69,7 @@ class PlannerEntry(msgspec.Struct, frozen=True, kw_only=True):
     varied: dict[str, str] = {}
     isolated: bool = False
     oracle: bool = False
+    bit_reproducible: bool = True
     code: dict[str, str] = {}
     home: str = ""
 
@@ -93,8 +97,8 @@ class FamilyScenes(msgspec.Struct, frozen=True, kw_only=True):
     """
 
     suite: str | None
-    count: int
-    round: int = 1
+    count: SceneCount
+    round: SceneCount = 1
 
 
 class RunConfig(msgspec.Struct, frozen=True, kw_only=True):
@@ -119,12 +123,12 @@ class RunConfig(msgspec.Struct, frozen=True, kw_only=True):
         machines: What machines ran it; no option, for rows do not depend on it.
     """
 
-    schema: int = SCHEMA
+    schema: Annotated[int, Meta(ge=1, le=10**6)] = SCHEMA
     planners: tuple[PlannerEntry, ...]
     families: dict[str, str]
     scenes: dict[str, FamilyScenes] = {}
-    scenes_per_family: int | None
-    seed: int
+    scenes_per_family: SceneCount | None
+    seed: Seed
     perception: Profile | None
     scene_dir: str | None
     templates: str | None
@@ -133,6 +137,11 @@ class RunConfig(msgspec.Struct, frozen=True, kw_only=True):
     versions: dict[str, str]
     shard: Shard | None = None
     machines: tuple[dict[str, str], ...] = ()
+
+    @property
+    def inexact(self) -> list[str]:
+        """Planners that say that their rows need not repeat."""
+        return [e.name for e in self.planners if not e.bit_reproducible]
 
     def protocol_of(self, planner: str) -> Protocol:
         """Return how the episodes of a planner are run."""

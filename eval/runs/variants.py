@@ -5,6 +5,7 @@ A *variant* is a planner with some values changed, under a name that says which,
 """
 
 import itertools
+import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
@@ -15,6 +16,7 @@ from beacon_mj.episode.protocol import Protocol
 from beacon_mj.errors import RunError
 from beacon_mj.eval.runs.config import PlannerEntry
 from beacon_mj.eval.runs.isolation.host import describe_isolated
+from beacon_mj.eval.runs.isolation.wire import Ready
 from beacon_mj.eval.runs.overrides import (
     built_ins,
     configure,
@@ -30,6 +32,7 @@ Values = Sequence[str] | Mapping[str, object]
 VaryValues = Sequence[str] | Mapping[str, Sequence[object]]
 
 PROTOCOL = "protocol"  #: The target that is no planner.
+MAX_COMBINATIONS = 10_000  #: Of varied values.
 #: A planner's name is the name of the folder of its logs.
 _NAME = re.compile(r"(?!\.)[^/\\\x00-\x1f\x7f]{1,200}")
 BRACKETS = re.compile(r"[][]")  #: They tell a variant from its planner.
@@ -87,7 +90,7 @@ def variant(
     ruled = with_protocol(protocol, rules) if rules else base.protocol
     config = base.config
     if own:
-        config = configuration(base, settings, ruled or protocol, cls)
+        config = configuration(base, settings, ruled or protocol, cls).config
     return msgspec.structs.replace(
         base,
         name=checked_name(variant_name(base.name, changes)),
@@ -106,8 +109,8 @@ def configuration(
     settings: Mapping[str, str],
     protocol: Protocol,
     cls: type[Planner] | None = None,
-) -> dict[str, Any]:
-    """Return all values of a planner's configuration, as a run folder stores them.
+) -> Ready:
+    """Return what a planner says of itself: the values of its configuration first.
 
     Args:
         entry: The planner; one that is isolated is imported in a process of its own,
@@ -123,7 +126,8 @@ def configuration(
         limits = protocol.decision_limit_s, protocol.memory_limit_mib
         return describe_isolated(entry.spec, settings, entry.base, *limits)
     cls = cls or load_planner(entry.spec)[1]
-    return built_ins(configure(cls, settings, entry.base))
+    config = built_ins(configure(cls, settings, entry.base))
+    return Ready(0, config, cls.bit_reproducible is True)
 
 
 def variants(
@@ -135,10 +139,22 @@ def variants(
     """Return a planner with every combination of values; itself if there is none."""
     if not axes:
         return [entry]
+    listed = {field: tuple(values) for field, values in axes.items()}
+    check_combinations(len(values) for values in listed.values())
     return [
-        variant(entry, dict(zip(axes, values, strict=True)), protocol, cls)
-        for values in itertools.product(*axes.values())
+        variant(entry, dict(zip(listed, values, strict=True)), protocol, cls)
+        for values in itertools.product(*listed.values())
     ]
+
+
+def check_combinations(counts: Iterable[int]) -> None:
+    """Raise RunError if there are too many combinations of so many values each."""
+    found = math.prod(counts)
+    if found > MAX_COMBINATIONS:
+        raise RunError(
+            f"--vary: expected at most {MAX_COMBINATIONS} combinations of values but "
+            f"there are {found}."
+        )
 
 
 def variant_name(planner: str, changes: Mapping[str, str]) -> str:

@@ -135,6 +135,21 @@ def test_sealed_arrays_stay_sealed() -> None:
         assert not np.shares_memory(array, source)
 
 
+def test_beliefs_that_are_repeated_are_checked_once_and_changed_ones_again() -> None:
+    known = {"box": (0.5, 0.25, 0.25), "can": (1.0, 0.0, 0.0)}
+    sensed = dict.fromkeys(known)
+    first = checked_command(slow(info=PlannerInfo(beliefs=known)), sensed).info.beliefs
+    info = PlannerInfo(beliefs=dict(known))
+    again = checked_command(slow(info=info), sensed, first).info.beliefs
+    assert again is first
+    for other in ({**known, "box": (0.5, 0.5, 0.0)}, {"can": known["can"]}):
+        info = PlannerInfo(beliefs=other)
+        assert checked_command(slow(info=info), sensed, first).info.beliefs == other
+    info = PlannerInfo(beliefs={**known, "can": (1.0, 0.5, 0.0)})
+    with pytest.raises(PlannerFailure, match="three probabilities"):
+        checked_command(slow(info=info), sensed, first)
+
+
 def _everything(value: Any, path: str = "") -> dict[str, Any]:
     """Return all arrays and scalars in a value, by where they are."""
     if dataclasses.is_dataclass(value):

@@ -1,0 +1,183 @@
+"""Write the pages of docs/reference from the code that they describe.
+
+Usage: python .ci/reference.py
+"""
+
+import importlib
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import get_type_hints
+
+from reference_python import entry, fields, meanings, table
+
+import beacon_mj
+from beacon_mj.cli.app import app
+from beacon_mj.constants import WALL_CLOCK_COLUMNS
+from beacon_mj.eval.api.planners import describe_planner, field_comments, settable
+from beacon_mj.eval.metrics.row import COLUMNS, Row
+from beacon_mj.eval.runs.overrides import flat
+from beacon_mj.eval.runs.text_values import describe
+from beacon_mj.planners.registry import OURS, PAPER, REFERENCE
+from beacon_mj.recording.schemas import BEACON, TOPICS
+
+FOLDER = Path(__file__).parent.parent / "docs" / "reference"
+API = FOLDER.parent / "planner-api.md"
+#: What a planner meets: its tables stand in that page.
+INTERFACE = {
+    "beacon_mj.interface": (
+        "Task",
+        "SensorSheet",
+        "Observation",
+        "SensedObstacle",
+        "Contact",
+        "PushEvidence",
+        "Command",
+        "PlannerInfo",
+    ),
+    "beacon_mj.geometry": ("Footprint", "Footprints"),
+    "beacon_mj.planners.base": ("Planner",),
+}
+MADE = "<!-- Written by .ci/reference.py from the code: do not edit. -->\n\n"
+#: Where public names live, in the order of the page, and what it calls that.
+ROOMS = {
+    "beacon_mj.eval": "Evaluation",
+    "beacon_mj.planners": "Planners",
+    "beacon_mj.episode": "Episodes",
+    "beacon_mj.scene": "Scenes",
+    "beacon_mj.world": "World",
+    "beacon_mj.recording": "Logs",
+    "beacon_mj.rendering": "Pictures",
+    "beacon_mj.fidelity": "Physics",
+    "beacon_mj": "Other",
+}
+
+
+def commands() -> str:
+    """Return every command with its options, as `--help` has them."""
+    text = app.generate_docs(output_format="markdown")
+    text = text.replace("# beacon-mj\n", "# Commands\n", 1)
+    text = re.sub(r"## Table of Contents.*?(?=\*\*Commands)", "", text, flags=re.S)
+    return text.replace("```console\n", "```text\n").rstrip() + "\n"
+
+
+def parameters() -> str:
+    """Return every parameter of every planner, and those of the protocol."""
+    parts = [
+        "# Parameters\n\n`--set planner.field=value` changes one; "
+        "[Planners](../planners.md#setting-parameters) says how values are written.\n\n"
+    ]
+    for name in [*PAPER, *OURS, *REFERENCE]:
+        own = describe_planner(name).fields
+        rows = ((f"`{f.name}`", f"`{settable(f.default)}`", f.meaning) for f in own)
+        parts += [f"## `{name}`\n\n", table(("field", "default", "what it is"), rows)]
+    parts += ["## The protocol\n\n`--set protocol.field=value`.\n\n", protocol()]
+    return "".join(parts)
+
+
+def protocol() -> str:
+    """Return the fields of the protocol, whose docstring says what they are."""
+    notes = meanings(beacon_mj.Protocol)
+    hints = get_type_hints(beacon_mj.Protocol, include_extras=True)
+    rows = (
+        (f"`{name}`", f"`{settable(value)}`", describe(hints[name]), notes[name])
+        for name, value in flat(beacon_mj.Protocol()).items()
+    )
+    return table(("field", "default", "value", "what it is"), rows)
+
+
+def columns() -> str:
+    """Return every column of the rows, in order."""
+    notes, hints = field_comments(Row), get_type_hints(Row, include_extras=True)
+    wall = ", ".join(f"`{name}`" for name in sorted(WALL_CLOCK_COLUMNS))
+    rows = ((f"`{n}`", describe(hints[n]), notes[n]) for n in COLUMNS)
+    return (
+        "# Columns\n\nOf `episodes.parquet` and `episodes.jsonl`, in their order; "
+        "[Metrics](../metrics.md) has the symbols, and what else to know. Only "
+        f"{wall} differ between two runs of one configuration.\n\n"
+        + table(("column", "type", "definition"), rows)
+    )
+
+
+def topics() -> str:
+    """Return the topics of a log, and the fields of our own messages."""
+    rows = ((f"`{topic}`", f"`{schema}`") for topic, schema in TOPICS.items())
+    parts = [
+        "# Topics\n\nWhat a log holds. [Logs](../logs.md#topics) says when each "
+        "message is written and what it means.\n\n",
+        table(("topic", "message"), rows),
+    ]
+    for name, text in BEACON.items():
+        found = (field.partition(":") for field in text.split())
+        rows3 = ((f"`{field}`", *field_type(kind)) for field, _, kind in found)
+        head = ("field", "type", "how many")
+        parts += [f"## `beacon_mj.{name}`\n\n", table(head, rows3)]
+    return "".join(parts)
+
+
+def field_type(kind: str) -> tuple[str, str]:
+    """Return type and count of a field; `schemas.py` says what the marks mean."""
+    marks = {"*": "any number", "?": "one or none"}
+    return f"`{kind.lstrip('*?')}`", marks.get(kind[0], "one")
+
+
+def python() -> str:
+    """Return every public name: how it is called, and what its docstring says."""
+    parts = [
+        "# Python API\n\nall of `beacon_mj.__all__`. [In Python](../python.md) shows "
+        "how the calls go together.\n\n"
+    ]
+    told = {name for names in INTERFACE.values() for name in names}
+    left = set(beacon_mj.__all__) - {"__version__"} - told
+    for room, title in ROOMS.items():
+        own = sorted((n for n in left if home(n).startswith(room)), key=str.lower)
+        parts += [
+            f"## {title}\n\n",
+            *(entry(name, getattr(beacon_mj, name)) for name in own),
+        ]
+        left -= set(own)
+    return "".join(parts)
+
+
+def home(name: str) -> str:
+    """Return the module of a public name."""
+    return str(getattr(beacon_mj, name).__module__)
+
+
+def interface(text: str) -> str:
+    """Return the page of the planner interface with its tables made anew."""
+    for module, names in INTERFACE.items():
+        for name in names:
+            cls = getattr(importlib.import_module(module), name)
+            pattern = rf"(<!-- {name}: .ci/reference.py -->\n).*?(?=<!-- end -->)"
+            made = f"\n{fields(cls).rstrip()}\n\n"
+            text, found = re.subn(
+                pattern, lambda m, made=made: m[1] + made, text, flags=re.S
+            )
+            if found != 1:
+                raise SystemExit(f"{API}: expected one place for {name}: {found}")
+    return text
+
+
+PAGES: dict[str, Callable[[], str]] = {
+    "commands.md": commands,
+    "parameters.md": parameters,
+    "columns.md": columns,
+    "topics.md": topics,
+    "python.md": python,
+}
+
+
+def pages() -> dict[Path, str]:
+    """Return every page that is written here as it should be."""
+    made = {
+        FOLDER / name: MADE + write().rstrip() + "\n" for name, write in PAGES.items()
+    }
+    return made | {API: interface(API.read_text())}
+
+
+if __name__ == "__main__":
+    FOLDER.mkdir(exist_ok=True)
+    for path, text in pages().items():
+        path.write_text(text)
+        print(path)
