@@ -12,6 +12,7 @@ from beacon_mj.files import replacing
 from beacon_mj.geometry import Array
 from beacon_mj.recording.reader import Log, log_of
 from beacon_mj.rendering.captions import decision, events, summary
+from beacon_mj.rendering.gl import ASPECT
 from beacon_mj.rendering.legend import entries
 from beacon_mj.rendering.overlay import captions, legend
 from beacon_mj.rendering.playback import Playback
@@ -32,7 +33,7 @@ def render_strip(
     *,
     frames: int = 6,
     width: int = 600,
-    height: int = 520,
+    height: int | None = None,
 ) -> Path:
     """Write a PNG of the moments of a log at which most changes, with a legend.
 
@@ -41,13 +42,14 @@ def render_strip(
         out: The picture; written whole or not at all.
         frames: Number of moments, >= 2; fewer if the episode is shorter.
         width: Width of one picture in pixels.
-        height: Height of one picture in pixels.
+        height: Height of one picture in pixels; by default what the room needs.
 
     Raises:
         LogError: If the log cannot be read.
         RenderError: If nothing can be drawn here.
     """
     log = log_of(log)
+    height = _height(log, width) if height is None else height
     with Playback(log, width, height) as playback:
         trace = playback.trace
         steps = moments(trace, frames)
@@ -57,6 +59,13 @@ def render_strip(
     with replacing(Path(out)) as part:
         sheet.save(part, format="PNG")
     return Path(out)
+
+
+def _height(log: Log, width: int) -> int:
+    """Return how high a picture must be to show the whole room, in pixels."""
+    west, south, east, north = log.scene.workspace_m
+    ratio = 1.2 * (north - south) / (east - west)
+    return round(width / ASPECT * min(1.0, max(0.4, ratio)))
 
 
 def _sheet(pictures: list[Any], texts: list[Any], title: str, log: Log) -> Any:

@@ -4,6 +4,7 @@ from io import StringIO
 
 import pytest
 from rich.console import Console
+from rich.table import Table
 
 import beacon_mj
 from beacon_mj.cli.views.progress import Tally
@@ -73,7 +74,7 @@ def test_prose_is_wrapped_between_words_and_markup_is_text() -> None:
 
 def test_spare_columns_go_in_their_order_and_are_named() -> None:
     class Wide(Tabular):
-        def tables(self) -> list[object]:
+        def tables(self) -> list[Table | str]:
             table = plain_table(spare=("b", "c"))
             for name in "abcd":
                 table.add_column(name, no_wrap=True)
