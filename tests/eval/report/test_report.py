@@ -1,5 +1,6 @@
 """The report: every run renders, nothing is loaded from elsewhere, and it says so."""
 
+import html
 import re
 import shutil
 import subprocess
@@ -201,7 +202,8 @@ def test_a_page_with_episodes(real: Path, tmp_path: Path) -> None:
 def test_a_reader_chooses_the_planner_without_a_script(real: Path) -> None:
     text = render_report(load_results(real), with_replay=False)
     assert "script" not in text.partition("<body>")[0]
-    assert "default-src 'none'; img-src data:; style-src 'unsafe-inline'" in text
+    policy = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
+    assert f'content="{policy}"' in html.unescape(text)
     chosen = re.findall(r'<input type="radio" name="planner" id="(choose-\d+)"', text)
     assert chosen == ["choose-1"]  # The failure of bug1 is shown above.
     for name in chosen:
@@ -265,8 +267,9 @@ def test_axes_show_differences_and_nothing_below_zero() -> None:
     figures.not_below_zero(axes)
     assert axes.get_xlim() == (-0.04, 1.0)
     svg = figures.pareto(summarize(close), "obstacles_broken", "broken")
-    assert "<!-- 20 -->" not in svg  # Success is near 100 %.
-    assert "<!-- 95 -->" in svg or "<!-- 90 -->" in svg
+    ticks = [float(text) for text in re.findall(r"<!-- ([\d.]+) -->", svg)]
+    assert max(ticks) >= 90.0  # Success is near 100 %, and the axis too.
+    assert not [tick for tick in ticks if 2.0 < tick < 70.0]
     assert figures.overview(summarize(close), wide=True).count("<svg") == 1
 
 
