@@ -206,8 +206,9 @@ class PlannerInfo:
         action: What the planner is doing.
         reason: One short sentence.
         target: Obstacle the action is about, if any.
-        cost_push: C_push of the last push-or-detour comparison (paper II.F).
-        cost_detour: C_detour of the same.
+        cost_push: What the last push-or-detour comparison compared of the push, where
+            the lower side was chosen: C_push - b_push in the rule of paper II.F.
+        cost_detour: The same of the way round: C_detour + m_detour.
         terms: Named terms of the chosen candidate's objective J (paper II.E).
         path_m: Planned path, shape (m, 2) [m].
         beliefs: Class probabilities of each obstacle known to the planner.

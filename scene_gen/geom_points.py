@@ -1,6 +1,7 @@
 """The geoms of a compiled model, as points in the frame of the obstacle."""
 
 import math
+from collections.abc import Container
 from typing import Any
 
 import mujoco
@@ -11,12 +12,19 @@ from beacon_mj.numerics import rotated_3d
 from beacon_mj.scene import shapes
 
 
-def geom_points(model: Any, geom: int) -> Array:
+def geom_points(model: Any, geom: int, coarse: Container[int] = ()) -> Array:
     """Return points whose convex hull is the geom, (k, 3) [m].
 
     The frame is the world's, its origin that of the obstacle's outermost body.
+
+    Args:
+        model: The compiled model.
+        geom: Number of the geom.
+        coarse: Numbers of the meshes whose hull the template limits (`maxhullvert`):
+            theirs is as MuJoCo made it.
     """
-    points = rotated_3d(_local_points(model, geom), _matrix(model.geom_quat[geom]))
+    local = _local_points(model, geom, coarse)
+    points = rotated_3d(local, _matrix(model.geom_quat[geom]))
     points = points + model.geom_pos[geom]
     body = model.geom_bodyid[geom]
     while model.body_parentid[body] != 0:
@@ -42,13 +50,15 @@ def _matrix(quaternion: Array) -> Array:
     return flat.reshape(3, 3)
 
 
-def _local_points(model: Any, geom: int) -> Array:
+def _local_points(model: Any, geom: int, coarse: Container[int]) -> Array:
     size = model.geom_size[geom]
     kind = mujoco.mjtGeom(model.geom_type[geom])
     if kind == mujoco.mjtGeom.mjGEOM_MESH:
         mesh = model.geom_dataid[geom]
         start, count = model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]
         points = model.mesh_vert[start : start + count].astype(float)
+        if mesh in coarse:
+            return np.asarray(points[_limited_hull(model, mesh)])
         return _hull_vertices(points)
     if kind == mujoco.mjtGeom.mjGEOM_BOX:
         corners = shapes.Box(
@@ -58,6 +68,14 @@ def _local_points(model: Any, geom: int) -> Array:
     if kind == mujoco.mjtGeom.mjGEOM_CYLINDER:
         return shapes.Cylinder(radius_m=size[0], height_m=2 * size[1]).core()[0]
     return _round_points(size, kind)
+
+
+def _limited_hull(model: Any, mesh: int) -> Array:
+    """Return which vertices of a mesh are its hull's in MuJoCo, (k,)."""
+    # The record of a hull: k, the number of faces, k addresses of edges, k vertices.
+    record = model.mesh_graph[model.mesh_graphadr[mesh] :]
+    count = int(record[0])
+    return np.sort(record[2 + count : 2 + 2 * count])
 
 
 def _round_points(size: Array, kind: Any) -> Array:

@@ -92,6 +92,8 @@ def _name(status: int | None) -> str:
 
 def main(path: str) -> None:
     """Read a family and write the answer to the standard output; runs in the child."""
+    import scipy.spatial  # noqa: F401  Hulls need it; it is no memory of the family's.
+
     from beacon_mj.scene_gen.family import compile_family, to_json
 
     sys.stdout.flush()

@@ -14,25 +14,38 @@ from xml.parsers import expat
 from beacon_mj.errors import TemplateError
 from beacon_mj.mjcf_templates import ROOT
 from beacon_mj.scene_gen.layout_sources import layout_source
-from beacon_mj.scene_gen.template_paths import find_file, read_file, template_folder
+from beacon_mj.scene_gen.template_paths import (
+    AssetFolders,
+    find_file,
+    read_file,
+    template_folder,
+)
 
 MAX_ELEMENTS = 20_000  #: Of a family with all that it includes.
 MAX_FILES = 500  #: That a family refers to, each time counted.
 MAX_TOTAL_BYTES = 256_000_000  #: Of all these files.
 MAX_DEPTH = 60  #: Of elements in each other, in one file.
 MAX_INCLUDES = 8  #: Of files that include each other.
-_FOLDERS = ("meshdir", "texturedir", "assetdir")
 #: Assets that MuJoCo names after their file where they have no name.
 _NAMED_BY_FILE = ("mesh", "texture", "hfield", "skin")
 
 
 @dataclass(frozen=True, slots=True)
 class Origin:
-    """Where an element of a template stands: file, line, and whether it is shipped."""
+    """Where an element of a template stands.
+
+    Attributes:
+        path: The file.
+        line: The line in it.
+        shipped: Whether the file is a shipped one, or an unchanged copy.
+        model: The file that stands for a model of its own with all that it includes:
+            one that the family includes, or the family.
+    """
 
     path: Path
     line: int
     shipped: bool
+    model: Path
 
     def __str__(self) -> str:
         """Return `file:line`, as errors begin."""
@@ -91,7 +104,8 @@ def load_template(path: Path) -> Template:
     template = Template(path)
     text = read_file(path)
     template.parts.append(text)
-    template.root = _expanded(template, text, path, ())
+    folders = AssetFolders(path.parent)
+    template.root = _expanded(template, text, path, (), folders)
     _check_own_room(template)
     name = template.root.find("custom/text[@name='layout']")
     if name is not None:
@@ -126,7 +140,11 @@ def _not_used(path: Path) -> TemplateError:
 
 
 def _expanded(
-    template: Template, text: bytes, path: Path, trail: tuple[Path, ...]
+    template: Template,
+    text: bytes,
+    path: Path,
+    trail: tuple[Path, ...],
+    folders: AssetFolders,
 ) -> ET.Element:
     """Return the elements of a file, what it includes put in their place."""
     if path in trail:
@@ -148,20 +166,22 @@ def _expanded(
         )
     shipped = _is_shipped(path, text)
     for element in lines:
-        template.origins[element] = Origin(path, lines[element], shipped)
-        if any(name in element.attrib for name in _FOLDERS):
-            raise TemplateError(
-                f"{path}: expected no meshdir, texturedir or assetdir in a template."
-            )
+        model = [*trail, path][:2][-1]
+        template.origins[element] = Origin(path, lines[element], shipped, model)
+        if element.tag == "compiler":
+            folders.take(element, path)
     parents = {child: parent for parent in root.iter() for child in parent}
     for element in lines:
         for name in [k for k in element.attrib if k.startswith("file")]:
-            source = find_file(element.attrib[name], path, template.folder)
+            places = folders.places(element, path)
+            source = find_file(element.attrib[name], path, template.folder, places)
             content = read_file(source)
             _check_total(template, len(content))
             template.parts += [element.attrib[name].encode(), content]
             if element.tag == "include":
-                included = _expanded(template, content, source, (*trail, path))
+                # What the family includes is a model of its own.
+                own = folders if trail else AssetFolders(source.parent)
+                included = _expanded(template, content, source, (*trail, path), own)
                 _replace(parents[element], element, included)
             else:
                 _refer(template, element, name, content)

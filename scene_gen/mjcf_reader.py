@@ -4,6 +4,7 @@ MuJoCo checks the grammar. Beyond it, an element that the generator would have n
 for is refused by name, so that nothing that a user wrote is dropped without a word.
 """
 
+import itertools
 import re
 import xml.etree.ElementTree as ET
 from dataclasses import dataclass
@@ -14,6 +15,7 @@ import mujoco
 
 from beacon_mj.errors import TemplateError
 from beacon_mj.scene_gen.mjcf_files import Origin, Template, load_template
+from beacon_mj.scene_gen.own_names import separate_names
 
 #: Elements that a user's files may hold, and below which element.
 _ALLOWED = {
@@ -22,10 +24,22 @@ _ALLOWED = {
     ),
     "asset": ("material", "mesh", "texture"),
     "custom": ("numeric", "text"),
-    "default": ("default", "geom", "material", "mesh"),
+    "default": (
+        "default", "geom", "material", "mesh",
+        # Without effect: elements that would have them are refused, or are only marks.
+        "adhesion", "camera", "cylinder", "damper", "equality", "general",
+        "intvelocity", "joint", "light", "motor", "muscle", "pair", "position", "site",
+        "tendon", "velocity",
+    ),
     "worldbody": ("body",),
-    "body": ("body", "frame", "freejoint", "geom", "inertial", "joint"),
-    "frame": ("body", "frame", "geom"),
+    "body": (
+        "body", "camera", "frame", "freejoint", "geom", "inertial", "joint", "light",
+        "site",
+    ),
+    "frame": ("body", "camera", "frame", "geom", "light", "site"),
+    "camera": (),
+    "light": (),
+    "site": (),
     "geom": (),
     "mesh": (),
     "numeric": (),
@@ -36,6 +50,19 @@ _ALLOWED = {
     "joint": (),
     "compiler": (),
 }  # fmt: skip
+#: Attributes that would be lost: of which element, and the value that asks for nothing.
+_REFUSED = (
+    ("compiler", "fusestatic", "false"),
+    ("compiler", "strippath", "false"),
+    ("body", "mocap", "false"),
+    ("body", "gravcomp", "0"),
+)
+#: What to do about an element that is often there, by parent and tag.
+_HINTS = {
+    ("worldbody", "geom"): " The room has a floor; an obstacle's geoms are in a body.",
+    ("worldbody", "light"): " The room has its light.",
+    ("mujoco", "option"): " The physics is the same in every family.",
+}
 #: Friction of a class that does not give all three numbers.
 _FRICTION = "0.5 0.005 0.004"
 
@@ -70,6 +97,9 @@ def read_mjcf(path: Path) -> Mjcf:
     template = load_template(path)
     _check_elements(template, template.root)
     _check_angles(template)
+    _name_bodies(template)
+    separate_names(template)
+    _drop_unused(template.root)
     default = ET.Element("default")
     ET.SubElement(default, "geom", friction=_FRICTION)
     template.root.insert(0, default)
@@ -100,37 +130,69 @@ def _check_elements(template: Template, parent: ET.Element) -> None:
             raise TemplateError(
                 f"{origin}: expected no <{element.tag}>{name} in <{parent.tag}> of a "
                 f"template but one of: {', '.join(allowed) or 'nothing'}."
+                f"{_HINTS.get((parent.tag, element.tag), '')}"
             )
         _check_attributes(element, origin)
         _check_elements(template, element)
 
 
 def _check_attributes(element: ET.Element, origin: Origin) -> None:
-    for tag, name in (("compiler", "fusestatic"), ("body", "mocap")):
-        if element.tag == tag and element.get(name) == "true":
-            raise TemplateError(f'{origin}: expected no {name}="true" in a template.')
+    for tag, name, harmless in _REFUSED:
+        value = element.get(name, harmless)
+        if element.tag == tag and value.strip() != harmless:
+            raise TemplateError(
+                f'{origin}: expected no {name}="{value}" in a template.'
+            )
 
 
 def _check_angles(template: Template) -> None:
-    """Refuse a file that alone would be read in other angles than in its family.
+    """Refuse an obstacle that alone would be read in other angles than in its family.
 
     MuJoCo takes one unit for a whole model, the last that any of its files names.
     """
     whole = _angles(e for e in template.root.iter("compiler"))
     own: dict[Path, list[ET.Element]] = {}
-    for element, origin in template.origins.items():
-        own.setdefault(origin.path, []).append(element)
-    for path, elements in own.items():
+    for element in template.root.iter():
+        if (origin := template.origins.get(element)) is not None:
+            own.setdefault(origin.model, []).append(element)
+    for model, elements in own.items():
         alone = _angles(e for e in elements if e.tag == "compiler")
         turned = [e for e in elements if "euler" in e.attrib or "axisangle" in e.attrib]
-        if path == template.path or not turned or template.origins[turned[0]].shipped:
+        if model == template.path or not turned or template.origins[turned[0]].shipped:
             continue
         if alone != whole:
             raise TemplateError(
-                f"{template.origins[turned[0]]}: expected the file to say "
+                f"{template.origins[turned[0]]}: expected {model.name} to say "
                 f'<compiler angle="{whole[0]}" eulerseq="{whole[1]}"/>, as its family '
                 f"does, but alone it is read in {alone[0]}s and {alone[1]!r}."
             )
+
+
+def _name_bodies(template: Template) -> None:
+    """Call obstacles without a name what their file is called."""
+    taken = {body.get("name") for body in template.root.iter("body")}
+    for body in template.root.iterfind("worldbody/body"):
+        origin = template.origins[body]
+        if not body.get("name") and origin.path != template.path:
+            stem = origin.path.stem
+            names = (f"{stem}_{k}" if k > 1 else stem for k in itertools.count(1))
+            taken.add(name := next(n for n in names if n not in taken))
+            body.set("name", name)
+
+
+def _drop_unused(root: ET.Element) -> None:
+    """Remove what no scene has and what may cost much, or stop MuJoCo.
+
+    Pictures take memory, and are read by C code that a stranger's file would meet. With
+    `inertiagrouprange` one obstacle says for all which geoms weigh anything.
+    """
+    for parent in root.iter():
+        for child in [e for e in parent if e.tag in ("texture", "layer")]:
+            parent.remove(child)
+        if parent.tag == "material":
+            parent.attrib.pop("texture", None)
+        if parent.tag == "compiler":
+            parent.attrib.pop("inertiagrouprange", None)
 
 
 def _angles(compilers: Any) -> tuple[str, str]:

@@ -1,7 +1,7 @@
 """Prototypes: the shapes of a family, with nominal proportions, and scaling them."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, get_args
@@ -109,11 +109,16 @@ def read_prototypes(mjcf: Mjcf, path: Path) -> tuple[Prototype, ...]:
         raise TemplateError(
             f"{path}: expected at least one obstacle body in its world."
         )
-    return tuple(_prototype(model, b, path, mjcf.origins) for b in bodies)
+    coarse = {mesh.id for mesh in mjcf.spec.meshes if mesh.maxhullvert >= 0}
+    return tuple(_prototype(model, b, path, mjcf.origins, coarse) for b in bodies)
 
 
 def _prototype(
-    model: Any, body: int, path: Path, origins: Mapping[str, Origin]
+    model: Any,
+    body: int,
+    path: Path,
+    origins: Mapping[str, Origin],
+    coarse: Container[int],
 ) -> Prototype:
     name = model.body(body).name
     if not name:
@@ -139,7 +144,8 @@ def _prototype(
             )
     try:
         shape = _simple_shape(model, geoms[0], name) if len(geoms) == 1 else None
-        prototype = Prototype(name, shape or _hulls(model, geoms, name))
+        shape = shape or _hulls(name, [geom_points(model, g, coarse) for g in geoms])
+        prototype = Prototype(name, shape)
     except ValueError as error:
         raise TemplateError(
             f"{where}: expected the geoms of body {name!r} to be solid but one is flat."
@@ -156,7 +162,8 @@ def _check_storable(prototype: Prototype, where: str) -> None:
     except msgspec.ValidationError as error:
         raise TemplateError(
             f"{where}: expected body {prototype.name!r} to be a shape that fits into a "
-            f"scene (of each mesh at most 256 corners): {error}."
+            "scene, at most 32 geoms that collide, each of at most 256 corners (give a "
+            f'mesh maxhullvert="64"): {error}.'
         ) from error
 
 
@@ -208,9 +215,8 @@ def _prism(points: Array, name: str) -> shapes.Prism | None:
     )
 
 
-def _hulls(model: Any, geoms: list[int], name: str) -> shapes.Hulls:
+def _hulls(name: str, parts: list[Array]) -> shapes.Hulls:
     """Return the convex parts of an authored body, standing on the floor, centred."""
-    parts = [geom_points(model, g) for g in geoms]
     everything = np.concatenate(parts)
     centre = core_centroid(convex_hull(everything[:, :2]))
     middle = 0.5 * (everything[:, 2].min() + everything[:, 2].max())

@@ -4,6 +4,9 @@ Nothing outside the family's own template folder and the shipped one is ever rea
 """
 
 import os
+import xml.etree.ElementTree as ET
+from collections.abc import Iterable
+from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
 from beacon_mj.errors import TemplateError
@@ -28,19 +31,77 @@ def read_file(path: Path) -> bytes:
         ) from error
 
 
-def find_file(name: str, path: Path, folder: Path) -> Path:
-    """Return where a file is: beside the template that names it, or as an include."""
-    relative = _inside(name, path)
-    homes = folder.resolve(), ROOT.resolve()
-    for candidate in (path.parent / name, folder / relative, ROOT / relative):
+@dataclass(slots=True)
+class AssetFolders:
+    """Where the meshes and pictures of one model are, as its `<compiler>` says.
+
+    An obstacle file is a model of its own, with all that it includes.
+
+    Attributes:
+        home: Folder of the model's file.
+        mesh: Folder of its meshes, below `home`.
+        texture: Folder of its pictures, below `home`.
+    """
+
+    home: Path
+    mesh: str = ""
+    texture: str = ""
+
+    def take(self, compiler: ET.Element, path: Path) -> None:
+        """Note what a `<compiler>` says; the attributes are gone then.
+
+        Raises:
+            TemplateError: If a folder is an absolute path.
+        """
+        for name in ("assetdir", "meshdir", "texturedir"):
+            if (value := compiler.attrib.pop(name, None)) is None:
+                continue
+            if PurePosixPath(value).is_absolute():
+                raise TemplateError(
+                    f"{path}: expected {name} {value!r} to stay inside the template "
+                    "folder."
+                )
+            if name != "texturedir":
+                self.mesh = value
+            if name != "meshdir":
+                self.texture = value
+
+    def places(self, element: ET.Element, path: Path) -> list[Path]:
+        """Return the folders in which a file that an element names may be, in order."""
+        named = {"texture": self.texture, "include": ""}.get(element.tag, self.mesh)
+        if not named:
+            return [path.parent, self.home]
+        return [self.home / named, path.parent / named, path.parent]
+
+
+def find_file(name: str, path: Path, folder: Path, places: Iterable[Path]) -> Path:
+    """Return where a file is that a template names.
+
+    Args:
+        name: As it is written.
+        path: The template.
+        folder: Its template folder, where the file is looked up after `places`, and
+            then among the shipped templates.
+        places: Folders.
+
+    Raises:
+        TemplateError: If it is not there, or leaves the template folder.
+    """
+    written = [place / name for place in places]
+    written += [home / "families" / name for home in (folder, ROOT)]
+    candidates = [Path(os.path.normpath(each)) for each in written]
+    candidates = [each for each in candidates if _lies_in(each, folder, ROOT)]
+    if PurePosixPath(name).is_absolute() or not candidates:
+        raise TemplateError(
+            f"{path}: expected file {name!r} to stay inside the template folder."
+        )
+    for candidate in candidates:
         if candidate.is_dir():
             continue
         real = candidate.resolve()
-        inside = any(real.is_relative_to(home) for home in homes)
-        if inside and candidate.exists():
+        if candidate.exists() and _lies_in(real, folder.resolve(), ROOT.resolve()):
             return candidate
-        written = Path(os.path.normpath(candidate))
-        if os.path.lexists(candidate) and written.is_relative_to(folder):
+        if os.path.lexists(candidate) and _lies_in(candidate, folder):
             raise TemplateError(
                 f"{path}: file {name!r} is a link that leaves the template folder or "
                 f"leads nowhere: it leads to {real}. Copy the file."
@@ -51,17 +112,6 @@ def find_file(name: str, path: Path, folder: Path) -> Path:
     )
 
 
-def _inside(name: str, path: Path) -> Path:
-    """Normalise a file name of a family; it may not leave the template folder."""
-    parts: list[str] = ["families"]
-    pure = PurePosixPath(name)
-    for part in pure.parts:
-        if part == ".." and parts:
-            parts.pop()
-        elif part != ".":
-            parts.append(part)
-    if pure.is_absolute() or ".." in parts or name.count("..") > 1:
-        raise TemplateError(
-            f"{path}: expected file {name!r} to stay inside the template folder."
-        )
-    return Path(*parts)
+def _lies_in(path: Path, *folders: Path) -> bool:
+    whole = os.path.abspath(path)
+    return any(Path(whole).is_relative_to(os.path.abspath(f)) for f in folders)

@@ -11,6 +11,8 @@ from typing import Annotated, Literal
 from cyclopts import Parameter, Token
 from cyclopts.validators import Number
 
+from beacon_mj.constants import WHOLE_NUMBERS
+
 # The same as beacon_mj.scene.Profile, whose module takes a second to import.
 Profile = Literal["truth", "noisy", "misleading"]
 Log = Literal["all", "failures", "none"]
@@ -22,6 +24,12 @@ def whole(kind: type, tokens: Sequence[Token]) -> int:
     if not re.fullmatch(r"[+-]?[0-9]+", text):
         raise ValueError(f"expected a whole number but it was {text!r}.")
     return int(text)
+
+
+def within(name: str) -> Number:
+    """Return the validator of a number of `WHOLE_NUMBERS`."""
+    low, high = WHOLE_NUMBERS[name]
+    return Number(gte=low, lte=high)
 
 
 Family = Annotated[
@@ -49,7 +57,7 @@ Seed = Annotated[
     int,
     Parameter(
         converter=whole,
-        validator=Number(gte=0, lte=2**53),
+        validator=within("seed"),
         help="Seed of scenes, perception and planners.",
     ),
 ]
@@ -72,7 +80,7 @@ ScenesPerFamily = Annotated[
     Parameter(
         name=["--scenes-per-family", "-n"],
         converter=whole,
-        validator=Number(gte=1, lte=10**6),
+        validator=within("scenes_per_family"),
     ),
 ]
 SetOption = Annotated[
@@ -108,7 +116,7 @@ Workers = Annotated[
     int | None,
     Parameter(
         converter=whole,
-        validator=Number(gte=1, lte=4096),
+        validator=within("workers"),
         help="Processes; one per usable core by default.",
     ),
 ]

@@ -4,7 +4,6 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 from cyclopts import Parameter
-from cyclopts.validators import Number
 
 from beacon_mj.cli import options
 
@@ -40,7 +39,7 @@ def sweep(
         int,
         Parameter(
             converter=options.whole,
-            validator=Number(gte=0, lte=10**5),
+            validator=options.within("trials"),
             help="Further configurations that optuna tries, between and beyond the "
             "values of the grid.",
         ),

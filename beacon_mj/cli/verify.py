@@ -4,7 +4,6 @@ from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
-from cyclopts.validators import Number
 
 from beacon_mj.cli import FAILED, options
 
@@ -21,7 +20,7 @@ def verify(
         int | None,
         Parameter(
             converter=options.whole,
-            validator=Number(gte=0, lte=2**53),
+            validator=options.within("seed"),
             help="Also run the planners on unseen scenes of this seed.",
         ),
     ] = None,

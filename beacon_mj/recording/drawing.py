@@ -4,7 +4,7 @@ Every obstacle is an entity locked to a frame of its own name; moving it is a ma
 of transforms alone. All poses are in the arena frame, in [m].
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import mujoco
@@ -40,7 +40,7 @@ def scene_update(world: World, time_ns: int) -> Any:
     _arena(update, world, time_ns)
     _robot(update, world, time_ns)
     for i, obstacle in enumerate(world.scene.obstacles):
-        entity = _entity(update, obstacle.id, obstacle.id, time_ns)
+        entity = new_entity(update, obstacle.id, obstacle.id, time_ns)
         broken = bool(world.broken[i])
         for key, value in _facts(obstacle, broken).items():
             entity.metadata.add(key=key, value=value)
@@ -52,28 +52,10 @@ def scene_update(world: World, time_ns: int) -> Any:
     return update
 
 
-def transforms(
-    rows: Iterable[tuple[str, int, Array]], robot: tuple[int, Array] | None = None
-) -> Any:
-    """Return FrameTransforms of obstacles, and of the robot if given.
-
-    Args:
-        rows: Frame, time [ns], and pose (position, then quaternion wxyz), shape (7,).
-        robot: Time [ns] and position of the robot, shape (2,).
-    """
-    out = message("foxglove.FrameTransforms")()
-    if robot is not None:
-        time_ns, (x, y) = robot
-        _transform(out, ROBOT_FRAME, time_ns, (x, y, 0.0, 1.0, 0.0, 0.0, 0.0))
-    for frame, time_ns, pose in rows:
-        _transform(out, frame, time_ns, pose)
-    return out
-
-
 def arrows(contacts: Sequence[PairForce], time_ns: int, lifetime_ns: int) -> Any | None:
     """Return the contact forces as arrows, or None if there is nothing to draw."""
     update = message("foxglove.SceneUpdate")()
-    entity = _entity(update, "contacts", ARENA, time_ns)
+    entity = new_entity(update, "contacts", ARENA, time_ns)
     stamp(entity.lifetime, lifetime_ns)
     for contact in contacts:
         force = norm(contact.force_n)
@@ -85,19 +67,13 @@ def arrows(contacts: Sequence[PairForce], time_ns: int, lifetime_ns: int) -> Any
             head_length=0.05,
             head_diameter=0.05,
         )
-        _set_pose(arrow.pose, contact.point_m, _turn_x_to(contact.force_n / force))
-        _set_colour(arrow.color, ARROW_RGBA)
+        set_pose(arrow.pose, contact.point_m, _turn_x_to(contact.force_n / force))
+        set_colour(arrow.color, ARROW_RGBA)
     return update if entity.arrows else None
 
 
-def _transform(out: Any, frame: str, time_ns: int, pose: Values) -> None:
-    t = out.transforms.add(parent_frame_id=ARENA, child_frame_id=frame)
-    stamp(t.timestamp, time_ns)
-    p, r = t.translation, t.rotation
-    p.x, p.y, p.z, r.w, r.x, r.y, r.z = map(float, pose)
-
-
-def _entity(update: Any, name: str, frame: str, time_ns: int) -> Any:
+def new_entity(update: Any, name: str, frame: str, time_ns: int) -> Any:
+    """Add an entity that is locked to a frame, and return it."""
     entity = update.entities.add(id=name, frame_id=frame, frame_locked=True)
     stamp(entity.timestamp, time_ns)
     return entity
@@ -122,7 +98,7 @@ def _facts(obstacle: Obstacle, broken: bool) -> dict[str, str]:
 
 def _arena(update: Any, world: World, time_ns: int) -> None:
     """Add walls, start and goal."""
-    entity = _entity(update, ARENA, ARENA, time_ns)
+    entity = new_entity(update, ARENA, ARENA, time_ns)
     model = world.model
     for geom in range(model.ngeom):
         if model.geom_bodyid[geom] == 0 and model.geom(geom).name not in _SKIPPED:
@@ -130,14 +106,14 @@ def _arena(update: Any, world: World, time_ns: int) -> None:
     for site in ("start", "goal"):
         found = model.site(site)
         cylinder = entity.cylinders.add(bottom_scale=1.0, top_scale=1.0)
-        _set_pose(cylinder.pose, found.pos, (1.0, 0.0, 0.0, 0.0))
-        _set_size(cylinder.size, (2 * found.size[0], 2 * found.size[0], 0.002))
-        _set_colour(cylinder.color, found.rgba.tolist())
+        set_pose(cylinder.pose, found.pos, (1.0, 0.0, 0.0, 0.0))
+        set_size(cylinder.size, (2 * found.size[0], 2 * found.size[0], 0.002))
+        set_colour(cylinder.color, found.rgba.tolist())
 
 
 def _robot(update: Any, world: World, time_ns: int) -> None:
     """Add base and bumper, in the robot's frame."""
-    entity = _entity(update, ROBOT_FRAME, ROBOT_FRAME, time_ns)
+    entity = new_entity(update, ROBOT_FRAME, ROBOT_FRAME, time_ns)
     for name in ("base", "bumper"):
         _primitive(entity, world.model, world.model.geom(name).id, None)
 
@@ -152,20 +128,20 @@ def _primitive(
     match model.geom_type[geom]:
         case _GEOM.mjGEOM_BOX:
             shape = entity.cubes.add()
-            _set_size(shape.size, 2.0 * size)
+            set_size(shape.size, 2.0 * size)
         case _GEOM.mjGEOM_SPHERE:
             shape = entity.spheres.add()
-            _set_size(shape.size, np.full(3, 2.0 * size[0]))
+            set_size(shape.size, np.full(3, 2.0 * size[0]))
         case _GEOM.mjGEOM_CYLINDER | _GEOM.mjGEOM_CAPSULE as kind:
             shape = entity.cylinders.add(bottom_scale=1.0, top_scale=1.0)
-            _set_size(shape.size, 2.0 * size[[0, 0, 1]])
+            set_size(shape.size, 2.0 * size[[0, 0, 1]])
             if kind == _GEOM.mjGEOM_CAPSULE:
                 _caps(entity, position, quaternion, size, rgba)
         case _:
             shape = entity.triangles.add()
             _mesh(shape, model, int(model.geom_dataid[geom]))
-    _set_pose(shape.pose, position, quaternion)
-    _set_colour(shape.color, rgba)
+    set_pose(shape.pose, position, quaternion)
+    set_colour(shape.color, rgba)
 
 
 def _caps(
@@ -176,9 +152,9 @@ def _caps(
     mujoco.mju_rotVecQuat(axis, np.array([0.0, 0.0, size[1]]), quaternion)
     for end in (position - axis, position + axis):
         cap = entity.spheres.add()
-        _set_size(cap.size, np.full(3, 2.0 * size[0]))
-        _set_pose(cap.pose, end, (1.0, 0.0, 0.0, 0.0))
-        _set_colour(cap.color, rgba)
+        set_size(cap.size, np.full(3, 2.0 * size[0]))
+        set_pose(cap.pose, end, (1.0, 0.0, 0.0, 0.0))
+        set_colour(cap.color, rgba)
 
 
 def _mesh(shape: Any, model: mujoco.MjModel, mesh: int) -> None:
@@ -202,15 +178,18 @@ def _turn_x_to(direction: Array) -> tuple[float, float, float, float]:
     return float(w), 0.0, float(-0.5 * z / w), float(0.5 * y / w)
 
 
-def _set_pose(pose: Any, position: Values, wxyz: Values) -> None:
+def set_pose(pose: Any, position: Values, wxyz: Values) -> None:
+    """Write a position [m] and a quaternion."""
     p, q = pose.position, pose.orientation
     p.x, p.y, p.z = (float(v) for v in position)
     q.w, q.x, q.y, q.z = (float(v) for v in wxyz)
 
 
-def _set_size(size: Any, values: Values) -> None:
+def set_size(size: Any, values: Values) -> None:
+    """Write the size along x, y, z [m]."""
     size.x, size.y, size.z = (float(v) for v in values)
 
 
-def _set_colour(colour: Any, rgba: Values) -> None:
+def set_colour(colour: Any, rgba: Values) -> None:
+    """Write red, green, blue and opacity, 0 to 1."""
     colour.r, colour.g, colour.b, colour.a = (float(v) for v in rgba)

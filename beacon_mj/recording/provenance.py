@@ -12,7 +12,7 @@ import numpy as np
 from msgspec import UNSET
 
 from beacon_mj import __version__
-from beacon_mj.constants import SCHEMA, WALL_CLOCK_COLUMNS
+from beacon_mj.constants import LOG_SCHEMA, WALL_CLOCK_COLUMNS
 from beacon_mj.episode.trace import Trace
 
 _PACKAGES = ("numpy", "numba", "shapely")
@@ -35,7 +35,7 @@ def config(trace: Trace, planner_config: Any, seed: int) -> dict[str, str]:
     scene = trace.scene
     told = {"oracle": "true"} if trace.oracle else {}
     return told | {
-        "schema": str(SCHEMA),
+        "schema": str(LOG_SCHEMA),
         "planner": trace.planner,
         "planner_config": to_json(planner_config),
         "planner_seed": str(seed),

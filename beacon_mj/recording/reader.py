@@ -11,7 +11,7 @@ import msgspec
 from google.protobuf.message import DecodeError
 from mcap.records import Attachment, Channel, McapRecord, Message, Metadata, Schema
 
-from beacon_mj.constants import SCHEMA
+from beacon_mj.constants import LOG_SCHEMA
 from beacon_mj.episode.protocol import Protocol
 from beacon_mj.errors import LogError, SceneError
 from beacon_mj.geometry import Array
@@ -128,12 +128,13 @@ def read_log(path: str | Path) -> Log:
     _check_attachments(raw, path)
     _check_schema(raw, path)
     scene, protocol = _scene(raw, path), _protocol(raw, path)
-    messages = _whole_steps(_decoded(raw, path))
+    finished = container.whole and "result" in raw.metadata
+    messages = _whole_steps(_decoded(raw, path), finished)
     _check_steps(messages, protocol.step_limit(scene), path)
     positions, rates = _states(messages, scene, path)
     return Log(
         path=path,
-        finished=container.whole and "result" in raw.metadata,
+        finished=finished,
         scene=scene,
         mjcf=raw.attachments[WORLD_NAME].decode(errors="replace"),
         config=raw.metadata.get("config", {}),
@@ -195,11 +196,11 @@ def _check_attachments(raw: _Raw, path: Path) -> None:
 def _check_schema(raw: _Raw, path: Path) -> None:
     """Refuse a log whose topics or columns had other names."""
     found = raw.metadata.get("config", {}).get("schema", "1")
-    if found != str(SCHEMA):
+    if found != str(LOG_SCHEMA):
         writer = raw.metadata.get("versions", {}).get("beacon-mj", "an unknown version")
         raise LogError(
-            f"{path}: expected a log of schema {SCHEMA} but it is of schema {found}: "
-            f"read it with the beacon-mj that wrote it, {writer}."
+            f"{path}: expected a log of schema {LOG_SCHEMA} but it is of schema "
+            f"{found}: read it with the beacon-mj that wrote it, {writer}."
         )
 
 
@@ -247,16 +248,17 @@ def _decoded(raw: _Raw, path: Path) -> list[tuple[str, int, Any]]:
 
 
 def _whole_steps(
-    decoded: list[tuple[str, int, Any]],
+    decoded: list[tuple[str, int, Any]], finished: bool
 ) -> dict[str, list[tuple[int, Any]]]:
     """Sort messages by topic, without those of a step that broke off.
 
-    `/step` is the last message of its step; only `/log` may follow the last.
+    `/step` is the last message of its step. What follows the last one is of the end of
+    a finished log, or in words.
     """
     last = max((k for k, m in enumerate(decoded) if m[0] == "/step"), default=-1)
     out: dict[str, list[tuple[int, Any]]] = {topic: [] for topic in TOPICS}
     for k, (topic, time_ns, found) in enumerate(decoded):
-        if k <= last or topic == "/log":
+        if k <= last or finished or topic == "/log":
             out[topic].append((time_ns, found))
     return out
 

@@ -22,9 +22,12 @@ from beacon_mj.interface import Observation, PlannerInfo
 from beacon_mj.recording import drawing, encoding, events, provenance
 from beacon_mj.recording.container import PACKED
 from beacon_mj.recording.drawing import NS
+from beacon_mj.recording.frames import Frames, robot_transform
+from beacon_mj.recording.labels import BeliefPicture, labels, rounded_belief
 from beacon_mj.recording.machine import machine
 from beacon_mj.recording.messages import schema_data
 from beacon_mj.recording.schemas import SCENE_NAME, TOPICS, WORLD_NAME
+from beacon_mj.recording.timeline import Timeline
 from beacon_mj.recording.writer import LogWriter
 from beacon_mj.world import World
 
@@ -59,9 +62,11 @@ class Recorder:
         """Open the file and write everything known before the first decision."""
         with self._writing():
             self._open(trace, world)
-            self._reset()
+            self._reset(world)
             self._put("/scene", drawing.scene_update(world, 0))
-            self._log_transforms(world, 0)
+            self._put("/labels", labels(world))
+            self._put("/tf/start", self._frames.start())
+            self._log_poses(world, 0)
             self._log_state(world, 0)
             self._log_sensed(observation)
             self._put("/step", encoding.start_message(world, observation))
@@ -74,7 +79,7 @@ class Recorder:
             self._log_decision(record)
             before, self._time_ns = self._time_ns, time_ns
             self._log_state(world, record.outcome.step)
-            self._log_transforms(world, before)
+            self._log_poses(world, before)
             self._log_sensed(observation)
             self._log_outcome(record, world)
             self._put("/step", encoding.step_message(record))
@@ -87,6 +92,7 @@ class Recorder:
         assert self._writer is not None, "end() before begin()"
         with self._writing():
             self._put("/log", events.ended(trace, self._time_ns))
+            self._log_last_states()
             result = provenance.result(trace, row)
             self._writer.finish(Metadata("result", result))
 
@@ -126,7 +132,6 @@ class Recorder:
             attachment = Attachment(0, 0, name + PACKED, "application/gzip", packed)
             self._writer.put(attachment)
         self._register()
-        self._ids = [o.id for o in trace.scene.obstacles]
         sheet = trace.protocol.sensor(trace.scene)
         self._misled = sheet.robot_pose_noise_m > 0.0 or sheet.force_noise > 0.0
 
@@ -141,12 +146,13 @@ class Recorder:
             channel = Channel(number, topic, "protobuf", {}, schemas[TOPICS[topic]])
             self._writer.define(channel)
 
-    def _reset(self) -> None:
+    def _reset(self, world: World) -> None:
         """Forget what was written last."""
         self._time_ns = 0
         self._state = encoding.StateDelta()
-        self._poses = np.zeros((0, 7))
-        self._moving = np.zeros(0, np.bool_)
+        self._frames = Frames([o.id for o in world.scene.obstacles], world.poses)
+        self._picture = BeliefPicture(world.scene)
+        self._timeline = Timeline()
         self._plan = np.zeros((0, 2))
         self._decision: Any = None
         self._beliefs: dict[str, Any] = {}
@@ -168,15 +174,22 @@ class Recorder:
             if decision != self._decision:
                 self._decision = decision
                 self._put("/decision", decision)
+            if (state := self._timeline.decided(info, self._time_ns)) is not None:
+                self._put("/timeline", state)
             if info.beliefs != self._beliefs:
-                self._beliefs = dict(info.beliefs)
-                self._put("/belief", encoding.belief_message(info))
+                self._log_beliefs(info)
         except (TypeError, ValueError, AttributeError) as error:
             raise PlannerError(
                 f"Expected a `PlannerInfo` that can be logged but: {error}."
             ) from error
-        if info.replanned:
-            self._put("/log", events.replanned(info, self._time_ns))
+
+    def _log_beliefs(self, info: PlannerInfo) -> None:
+        """Write what the planner believes: whole, and as it is looked at."""
+        self._beliefs = dict(info.beliefs)
+        self._put("/belief", encoding.belief_message(info))
+        self._put("/belief/rounded", rounded_belief(self._beliefs))
+        picture = self._picture.update(self._beliefs, self._time_ns)
+        self._put("/belief/picture", picture)
 
     def _log_path(self, info: PlannerInfo) -> tuple[Array, int]:
         """Write the plan if it is another one; return the path in terms of it."""
@@ -187,28 +200,20 @@ class Recorder:
         if split is None or (len(path) == 0) != (len(self._plan) == 0):
             self._plan = path.copy()
             self._put("/plan", encoding.plan_message(path, self._time_ns))
+            if info.replanned and len(path):
+                self._put("/log", events.replanned(info, self._time_ns))
             split = path[:0], len(path)
         return split
 
-    def _log_transforms(self, world: World, before_ns: int) -> None:
-        """Write the poses of the robot and of all obstacles that moved.
-
-        Viewers interpolate between transforms, so an obstacle that starts to move is
-        first written once more where it rested.
-        """
-        poses, position = world.poses, world.position_m
-        ids = self._ids
-        if len(self._poses) != len(poses):
-            moving, started = np.ones(len(ids), np.bool_), np.zeros(len(ids), np.bool_)
-        else:
-            moving = (poses != self._poses).any(axis=1)
-            started = moving & ~self._moving
-        rows = [(ids[i], before_ns, self._poses[i]) for i in np.flatnonzero(started)]
-        rows += [(ids[i], self._time_ns, poses[i]) for i in np.flatnonzero(moving)]
-        self._put("/tf", drawing.transforms(rows, (self._time_ns, position)))
-        if self._time_ns % NS == 0:
-            self._put("/robot", encoding.robot_message(position, self._time_ns))
-        self._poses, self._moving = poses, moving
+    def _log_poses(self, world: World, before_ns: int) -> None:
+        """Write where the robot is, and where what moves is."""
+        position, now_ns = world.position_m, self._time_ns
+        self._put("/tf", robot_transform(position, now_ns))
+        moved = self._frames.moved(world.poses, before_ns, now_ns)
+        if moved is not None:
+            self._put("/tf/moved", moved)
+        if now_ns % NS == 0:
+            self._put("/robot", encoding.robot_message(position, now_ns))
 
     def _log_state(self, world: World, step: int) -> None:
         data = world.data
@@ -240,9 +245,16 @@ class Recorder:
                 self._put("/contacts/arrows", picture)
         for attempt in outcome.attempts:
             self._put("/push", encoding.push_message(attempt))
+            self._timeline.pushed(attempt, self._time_ns)
         for damage in outcome.damages:
             self._put("/damage", encoding.damage_message(damage))
         if outcome.damages:
             self._put("/scene", drawing.scene_update(world, self._time_ns))
         for event in events.of_step(record, self._time_ns):
             self._put("/log", event)
+
+    def _log_last_states(self) -> None:
+        """Write once more what still holds, so that its bar ends with the episode."""
+        if self._decision is not None:
+            self._put("/decision", self._decision)
+            self._put("/timeline", self._timeline.state)

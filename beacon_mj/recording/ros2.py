@@ -5,6 +5,7 @@ step: ROS does not keep what is old.
 """
 
 import tempfile
+from collections import deque
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,7 @@ from rosbags.rosbag2.errors import WriterError
 
 from beacon_mj.errors import LogError
 from beacon_mj.recording import ros2_messages as ros
+from beacon_mj.recording.frames import obstacle_poses
 from beacon_mj.recording.reader import Log, read_log
 
 #: What each topic of the bag carries.
@@ -72,10 +74,12 @@ def _messages(log: Log) -> Iterator[tuple[int, str, Any]]:
     for time_ns, step in log.messages["/step"]:
         yield time_ns, "/clock", ros.clock(time_ns)
         yield time_ns, "/odom", ros.odometry(step, time_ns)
-    poses: dict[str, Any] = {}
+    rest = deque(obstacle_poses(log.messages))
     for time_ns, found in log.messages["/tf"]:
-        poses |= {t.child_frame_id: t for t in found.transforms}
-        yield time_ns, "/tf", ros.transforms(poses, time_ns)
+        while rest and rest[0][0] <= time_ns:
+            _, poses = rest.popleft()
+        robot = {t.child_frame_id: t for t in found.transforms}
+        yield time_ns, "/tf", ros.transforms(robot | poses, time_ns)
     for time_ns, plan in log.messages["/plan"]:
         yield time_ns, "/plan", ros.path(plan, time_ns)
     for topic in ("/scene", "/contacts/arrows"):

@@ -67,6 +67,7 @@ BEACON: Final[dict[str, str]] = {
     "Term": "name:string value:double",
     "Decision": "action:string reason:string target:?string cost_push:?double "
     "cost_detour:?double terms:*Term replanned:bool expansions:uint64",
+    "Timeline": "action:string target:string push:string",
     "ClassBelief": "obstacle:string safe:double movable:double fragile:double",
     "Belief": "obstacles:*ClassBelief",
     "ContactForce": "obstacle:string counterpart:string force_n:foxglove.Vector3 "
@@ -88,7 +89,10 @@ BEACON: Final[dict[str, str]] = {
 #: Which message each topic carries.
 TOPICS: Final[dict[str, str]] = {
     "/tf": "foxglove.FrameTransforms",
+    "/tf/start": "foxglove.FrameTransforms",
+    "/tf/moved": "foxglove.FrameTransforms",
     "/scene": "foxglove.SceneUpdate",
+    "/labels": "foxglove.SceneUpdate",
     "/robot": "foxglove.PoseInFrame",
     "/plan": "foxglove.PosesInFrame",
     "/log": "foxglove.Log",
@@ -96,7 +100,10 @@ TOPICS: Final[dict[str, str]] = {
     "/contacts": "beacon_mj.Contacts",
     "/command": "beacon_mj.Command",
     "/decision": "beacon_mj.Decision",
+    "/timeline": "beacon_mj.Timeline",
     "/belief": "beacon_mj.Belief",
+    "/belief/rounded": "beacon_mj.Belief",
+    "/belief/picture": "foxglove.SceneUpdate",
     "/sensed": "beacon_mj.Sensed",
     "/told": "beacon_mj.Told",
     "/push": "beacon_mj.Push",

@@ -44,8 +44,8 @@ def _costs(record: StepRecord) -> list[str]:
     return [
         f"{name} = {value:.1f}"
         for name, value in (
-            ("C_push", info.cost_push),
-            ("C_detour", info.cost_detour),
+            ("cost_push", info.cost_push),
+            ("cost_detour", info.cost_detour),
         )
         if value is not None
     ]

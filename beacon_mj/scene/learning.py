@@ -5,6 +5,10 @@ follows from prior and geometry alone: nothing in it depends on what is true of 
 doors of this scene, so it may be computed again from the family without them.
 """
 
+from typing import Annotated
+
+from msgspec import Meta
+
 from beacon_mj.scene.record import NonNegative, Positive, Probability, Record
 
 
@@ -59,7 +63,7 @@ class LearningCertificate(Record, frozen=True, kw_only=True):
     value_s: NonNegative
     fail_s: NonNegative
     pass_s: NonNegative
-    worlds: int
+    worlds: Annotated[int, Meta(ge=1, le=10**6)]
     parts: tuple[LearningPart, ...]
 
 

@@ -11,6 +11,7 @@ from beacon_mj.eval.runs.evaluation import EvaluationOptions, prepare
 from beacon_mj.eval.runs.lineup import PlannerChoice
 from beacon_mj.eval.runs.progress import Progress, quiet
 from beacon_mj.eval.runs.variants import Values, VaryValues
+from beacon_mj.eval.runs.whole_numbers import check_whole_numbers
 from beacon_mj.eval.runs.worker_process import usable_cores
 from beacon_mj.eval.statistics.results import Results, load_results
 from beacon_mj.eval.statistics.summary import summarize
@@ -97,6 +98,7 @@ def evaluate(
     Raises:
         BeaconError: If an option is no good; nothing has been written then.
     """
+    check_whole_numbers(seed=seed, scenes_per_family=scenes_per_family, workers=workers)
     if cluster is not None and workers is not None:
         raise RunError("--workers: expected none with --cluster, which has its own.")
     options = EvaluationOptions(

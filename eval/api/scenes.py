@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from beacon_mj.errors import RunError
+from beacon_mj.eval.runs.whole_numbers import check_whole_numbers
 from beacon_mj.files import replacing
 from beacon_mj.scene import Profile, Scene
 from beacon_mj.scene_gen.family import load_family
@@ -51,6 +52,7 @@ def generate_scenes(
     Raises:
         BeaconError: If a family is no good, or the folder holds files.
     """
+    check_whole_numbers(seed=seed, scenes_per_family=scenes_per_family)
     folder = None if templates is None else Path(templates)
     names = chosen_families(families, suites_of(suite), folder)
     loaded = [load_family(name, folder) for name in names]

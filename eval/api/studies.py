@@ -15,6 +15,7 @@ from beacon_mj.eval.runs.presets import with_preset
 from beacon_mj.eval.runs.progress import Progress, quiet
 from beacon_mj.eval.runs.run_folder import free_name
 from beacon_mj.eval.runs.variants import Values, VaryValues, texts_of, vary_texts
+from beacon_mj.eval.runs.whole_numbers import check_whole_numbers
 from beacon_mj.eval.runs.worker_process import usable_cores
 from beacon_mj.eval.studies.ablation import ablation_runs, run_ablation
 from beacon_mj.eval.studies.ablation_table import Ablation
@@ -52,6 +53,7 @@ def certify(
     Raises:
         BeaconError: If there is no scene, one is not valid, or a setting is no good.
     """
+    check_whole_numbers(workers=workers)
     config, refs = certification(Path(scene_dir), texts_of(settings))
     rows = list[Row]()
     with progress("", len(refs)) as update:
@@ -98,6 +100,7 @@ def regret(
     Raises:
         BeaconError: If an option is no good, or the planner is the clairvoyant.
     """
+    check_whole_numbers(seed=seed, scenes_per_family=scenes_per_family, workers=workers)
     settings = with_preset(protocol, settings)
     single = single_planner(planner, settings)
     runs, refs = regret_runs(
@@ -154,6 +157,7 @@ def ablate(
     Raises:
         BeaconError: If an option is no good, or several planners are named.
     """
+    check_whole_numbers(seed=seed, scenes_per_family=scenes_per_family, workers=workers)
     settings = with_preset(protocol, settings)
     single = single_planner(planner, settings)
     if any(each.config is not None for each in single.handed.values()):
@@ -234,6 +238,13 @@ def sweep(
     Raises:
         BeaconError: If an option is no good, or the folder is another sweep's.
     """
+    check_whole_numbers(
+        seed=seed,
+        select_seed=select_seed,
+        scenes_per_family=scenes_per_family,
+        trials=trials,
+        workers=workers,
+    )
     request = SweepRequest(
         planner=planner,
         settings=tuple(with_preset(protocol, settings)),

@@ -15,6 +15,7 @@ from beacon_mj.eval.runs.verify import (
     verify_log,
     verify_logs,
 )
+from beacon_mj.eval.runs.whole_numbers import check_whole_numbers
 from beacon_mj.eval.runs.worker_process import usable_cores
 from beacon_mj.eval.statistics.results import Results
 from beacon_mj.eval.verification.bundle import write_bundle
@@ -119,6 +120,9 @@ def verify(
     Raises:
         BeaconError: If there is nothing to verify.
     """
+    check_whole_numbers(
+        fresh_seed=fresh_seed, scenes_per_family=scenes_per_family, workers=workers
+    )
     path = target.folder if isinstance(target, Results) else Path(target)
     if not path.exists():
         raise LogError(f"{path}: cannot read the log: no such file or folder.")

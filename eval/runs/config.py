@@ -5,10 +5,10 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import msgspec
-from msgspec import UNSET
+from msgspec import UNSET, Meta
 
 from beacon_mj.constants import SCHEMA
 from beacon_mj.episode.protocol import Protocol
@@ -21,6 +21,7 @@ from beacon_mj.eval.runs.missions import (
 )
 from beacon_mj.eval.runs.scene_cache import cached_scene, released_scene_suite
 from beacon_mj.eval.runs.shards import Shard, share
+from beacon_mj.eval.runs.whole_numbers import SceneCount, Seed
 from beacon_mj.files import files_below
 from beacon_mj.scene import Profile, Scene
 from beacon_mj.scene.files import load_scene
@@ -93,8 +94,8 @@ class FamilyScenes(msgspec.Struct, frozen=True, kw_only=True):
     """
 
     suite: str | None
-    count: int
-    round: int = 1
+    count: SceneCount
+    round: SceneCount = 1
 
 
 class RunConfig(msgspec.Struct, frozen=True, kw_only=True):
@@ -119,12 +120,12 @@ class RunConfig(msgspec.Struct, frozen=True, kw_only=True):
         machines: What machines ran it; no option, for rows do not depend on it.
     """
 
-    schema: int = SCHEMA
+    schema: Annotated[int, Meta(ge=1, le=10**6)] = SCHEMA
     planners: tuple[PlannerEntry, ...]
     families: dict[str, str]
     scenes: dict[str, FamilyScenes] = {}
-    scenes_per_family: int | None
-    seed: int
+    scenes_per_family: SceneCount | None
+    seed: Seed
     perception: Profile | None
     scene_dir: str | None
     templates: str | None

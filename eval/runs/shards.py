@@ -2,7 +2,9 @@
 
 import re
 from collections.abc import Sequence
-from typing import NamedTuple, TypeVar
+from typing import Annotated, NamedTuple, TypeVar
+
+from msgspec import Meta
 
 from beacon_mj.errors import RunError
 
@@ -13,8 +15,8 @@ MOST = 10**6  #: Shards of one run.
 class Shard(NamedTuple):
     """Part `number` of `of`, counted from 1."""
 
-    number: int
-    of: int
+    number: Annotated[int, Meta(ge=1, le=MOST)]
+    of: Annotated[int, Meta(ge=1, le=MOST)]
 
     def __str__(self) -> str:
         """Return the form that `--shard` reads, such as `3/8`."""

@@ -5,6 +5,7 @@ A *variant* is a planner with some values changed, under a name that says which,
 """
 
 import itertools
+import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
@@ -30,6 +31,7 @@ Values = Sequence[str] | Mapping[str, object]
 VaryValues = Sequence[str] | Mapping[str, Sequence[object]]
 
 PROTOCOL = "protocol"  #: The target that is no planner.
+MAX_COMBINATIONS = 10_000  #: Of varied values.
 #: A planner's name is the name of the folder of its logs.
 _NAME = re.compile(r"(?!\.)[^/\\\x00-\x1f\x7f]{1,200}")
 BRACKETS = re.compile(r"[][]")  #: They tell a variant from its planner.
@@ -135,10 +137,22 @@ def variants(
     """Return a planner with every combination of values; itself if there is none."""
     if not axes:
         return [entry]
+    listed = {field: tuple(values) for field, values in axes.items()}
+    check_combinations(len(values) for values in listed.values())
     return [
-        variant(entry, dict(zip(axes, values, strict=True)), protocol, cls)
-        for values in itertools.product(*axes.values())
+        variant(entry, dict(zip(listed, values, strict=True)), protocol, cls)
+        for values in itertools.product(*listed.values())
     ]
+
+
+def check_combinations(counts: Iterable[int]) -> None:
+    """Raise RunError if there are too many combinations of so many values each."""
+    found = math.prod(counts)
+    if found > MAX_COMBINATIONS:
+        raise RunError(
+            f"--vary: expected at most {MAX_COMBINATIONS} combinations of values but "
+            f"there are {found}."
+        )
 
 
 def variant_name(planner: str, changes: Mapping[str, str]) -> str:

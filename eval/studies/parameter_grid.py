@@ -11,7 +11,13 @@ from beacon_mj.errors import RunError
 from beacon_mj.eval.runs.config import PlannerEntry
 from beacon_mj.eval.runs.experiment import single_planner
 from beacon_mj.eval.runs.overrides import dotted
-from beacon_mj.eval.runs.variants import PROTOCOL, setting_of, text_of, variant
+from beacon_mj.eval.runs.variants import (
+    PROTOCOL,
+    check_combinations,
+    setting_of,
+    text_of,
+    variant,
+)
 
 Grid = Literal["one-at-a-time", "full"]
 #: What some fields of one planner are set to, as text, by field.
@@ -102,8 +108,12 @@ def settings_of(lines: Sequence[Swept], grid: Grid) -> list[dict[str, str]]:
         lines: What is swept.
         grid: `one-at-a-time` changes one parameter and leaves the others at their
             defaults; `full` is the product of all values.
+
+    Raises:
+        RunError: If the product is too large.
     """
     if grid == "full":
+        check_combinations(len(_default_first(line)) for line in lines)
         product = itertools.product(*(_default_first(line) for line in lines))
         return [_changed(lines, values) for values in product]
     singles = [

@@ -19,8 +19,10 @@ class Decision:
 
     Attributes:
         plan: The push, None for the detour.
-        cost_push: Cost of the best push, in the policy's own unit; infinite for none.
-        cost_detour: Cost of the way round in the same; infinite if there is none.
+        cost_push: What was compared of the best push, in the policy's own unit: for the
+            rule of `decide`, C_push - bonus; infinite for none.
+        cost_detour: The same of the way round: C_detour + margin; infinite if there is
+            none. The lower of the two was chosen.
         terms: Named terms of the cost of what was chosen, for the log.
         reason: One short sentence, for the log.
     """
@@ -64,11 +66,21 @@ def decide(
     )
     c_push = math.inf if plan is None else math.fsum(terms.values())
     c_detour = math.inf if way is None else math.fsum(way.values())
-    if plan is not None and c_push - bonus < c_detour + margin:
-        reason = f"Push: {c_push:.2f} against {c_detour:.2f} for the way round."
-        return Decision(plan, c_push, c_detour, terms, reason)
-    reason = f"Go round: {c_detour:.2f} against {c_push:.2f} for the push."
-    return Decision(None, c_push, c_detour, way or {}, reason)
+    push, detour = c_push - bonus, c_detour + margin
+    of_push, of_detour = _sum(c_push, -bonus), _sum(c_detour, margin)
+    if plan is not None and push < detour:
+        reason = f"Push: {of_push}, less than {of_detour} for the way round."
+        return Decision(plan, push, detour, terms, reason)
+    reason = f"Go round: {of_detour}, not more than {of_push} for the push."
+    return Decision(None, push, detour, way or {}, reason)
+
+
+def _sum(cost: float, term: float) -> str:
+    """Return a side of the comparison in words, with what it is the sum of."""
+    if term == 0.0 or math.isinf(cost):
+        return f"{cost:.2f}"
+    sign = "-" if term < 0.0 else "+"
+    return f"{cost + term:.2f} ({cost:.2f} {sign} {abs(term):.2f})"
 
 
 def decide_in_turn(

@@ -95,8 +95,27 @@ def test_every_path_leads_to_a_field_of_a_topic(layout: dict[str, Any]) -> None:
                     field.CPPTYPE_MESSAGE,
                 )
                 assert numeric or not panel.startswith("Plot")
-    needed = {"/scene", "/plan", "/belief", "/decision", "/contacts", "/log", "/push"}
-    assert needed <= used
+    assert TOPICS.keys() - used == {
+        *("/tf", "/tf/start", "/tf/moved"),  # In use by every 3-D panel, unnamed.
+        *("/belief", "/command", "/sensed", "/state", "/told"),
+    }
+
+
+def test_bars_are_of_fields_that_always_have_a_value(layout: dict[str, Any]) -> None:
+    """Where a field is absent, the bar before goes on to the next value."""
+    for path in _paths(layout["configById"]["StateTransitions!action"]):
+        topic, _, name = path.partition(".")
+        field = _field(message(TOPICS[topic]).DESCRIPTOR, name)
+        assert not field.has_presence, path
+
+
+def test_nothing_hides_what_is_drawn(layout: dict[str, Any]) -> None:
+    """No line from the origin to each frame, no legend over a curve."""
+    panels = layout["configById"]
+    assert panels["3D!scene"]["scene"]["transforms"]["lineWidth"] == 0
+    for panel, config in panels.items():
+        if panel.startswith("Plot"):
+            assert config["legendDisplay"] == "left"
 
 
 def test_layouts_are_written_and_never_over_others(tmp_path: Path) -> None:

@@ -68,16 +68,17 @@ def test_odometry_is_the_robots_way(bag: Bag, damage: Sample) -> None:
 
 def test_transforms_have_every_frame_at_every_step(bag: Bag, log: Log) -> None:
     names = {"robot", *(o.id for o in log.scene.obstacles)}
+    topics = [log.messages[t] for t in ("/tf", "/tf/start", "/tf/moved")]
     for time_ns, found in bag["/tf"]:
-        assert {t.child_frame_id for t in found.transforms} == names
         assert {_stamp(t.header.stamp) for t in found.transforms} == {time_ns}
-    last = {t.child_frame_id: t.transform for t in bag["/tf"][-1][1].transforms}
-    poses: dict[str, Any] = {}
-    for _, update in log.messages["/tf"]:
-        poses |= {t.child_frame_id: t for t in update.transforms}
-    for name, pose in poses.items():
-        assert last[name].translation.x == pose.translation.x
-        assert last[name].rotation.w == pose.rotation.w
+        known: dict[str, Any] = {}
+        for update in [m for topic in topics for t, m in topic if t <= time_ns]:
+            known |= {t.child_frame_id: t for t in update.transforms}
+        poses = {t.child_frame_id: t.transform for t in found.transforms}
+        assert poses.keys() == known.keys() == names
+        for name, pose in poses.items():
+            assert pose.translation.x == known[name].translation.x
+            assert pose.rotation.w == known[name].rotation.w
 
 
 def test_plan_is_the_path(bag: Bag, log: Log) -> None:

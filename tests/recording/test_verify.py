@@ -206,6 +206,6 @@ def test_without_a_row_function_the_row_is_not_checked(
 def test_a_log_of_another_schema_gets_one_clear_line(
     sample: Sample, tmp_path: Path
 ) -> None:
-    _with_metadata(sample, tmp_path / "x.mcap", "config", schema="1")
-    with pytest.raises(LogError, match="schema 2 but it is of schema 1"):
+    _with_metadata(sample, tmp_path / "x.mcap", "config", schema="2")
+    with pytest.raises(LogError, match="schema 3 but it is of schema 2: read it with"):
         read_log(tmp_path / "x.mcap")

@@ -172,8 +172,8 @@ def test_text_names_decision_costs_and_end(log_path: Path) -> None:
         costs = "\n".join(describe(frames.trace, pushed))
     assert "straight through" in lines
     assert "END: timeout" in lines
-    assert "C_push = 1.5" in costs
-    assert "C_detour = inf" in costs
+    assert "cost_push = 1.5" in costs
+    assert "cost_detour = inf" in costs
 
 
 @needs_gl

@@ -197,7 +197,7 @@ BAD = {
     ),
     "meshdir": (
         {"<custom>": "<compiler meshdir='/etc'/><custom>"},
-        "expected no meshdir",
+        "expected meshdir '/etc' to stay inside the template folder",
     ),
     "entity": (
         {"<custom>": "<!ENTITY x SYSTEM 'file:///etc/passwd'><custom>"},

@@ -1,5 +1,6 @@
 """A user's templates cost bounded time and memory, and a crash is one line."""
 
+import re
 import shutil
 import signal
 import sys
@@ -17,10 +18,7 @@ from tests.scene_gen.test_user_mjcf import body, nominal, write
 GEOM = '<geom size="0.2"/>'
 #: What MuJoCo would take gigabytes or minutes for.
 BOMBS = {
-    "picture": '<texture name="t" type="2d" builtin="flat" width="40000" '
-    'height="40000"/>',
-    "cube of pictures": '<texture name="t" type="cube" builtin="flat" width="30000" '
-    'height="30000"/>',
+    "large plate": '<mesh name="m" builtin="plate" params="20000 20000"/>',
     "mesh of many facets": '<mesh name="m" builtin="supersphere" params="20000 1 1"/>',
 }
 
@@ -108,13 +106,10 @@ def test_a_flat_mesh_is_refused(tmp_path: Path) -> None:
 
 
 REFUSED = {
-    "default of an actuator": (
-        "<mujoco><default><motor/></default></mujoco>",
-        "expected no <motor> in <default>",
-    ),
-    "default of a site": (
-        '<mujoco><default><default class="c"><site/></default></default></mujoco>',
-        "expected no <site> in <default>",
+    "plugin of a default": (
+        '<mujoco><default><default class="c"><plugin plugin="x"/></default></default>'
+        "</mujoco>",
+        "expected no <plugin> in <default>",
     ),
     "tuple": (
         '<mujoco><custom><tuple name="t"/></custom></mujoco>',
@@ -133,11 +128,6 @@ REFUSED = {
         body("a", GEOM + '<plugin plugin="x"/>'),
         "expected no <plugin> in <body>",
     ),
-    "color that is none": (
-        '<mujoco><default><default class="safe"><geom rgba="2 0 0 1"/></default>'
-        "</default></mujoco>",
-        r"rgba|repeated|no family",
-    ),
 }
 
 
@@ -146,6 +136,16 @@ def test_what_is_not_on_the_list_is_refused_by_name(case: str, tmp_path: Path) -
     text, message = REFUSED[case]
     with pytest.raises(TemplateError, match=message):
         nominal(write(tmp_path, {"obstacles/a.xml": text}))
+
+
+def test_a_color_that_is_none_is_refused(tmp_path: Path) -> None:
+    write(tmp_path, {"obstacles/a.xml": body("a", GEOM)})
+    text = (tmp_path / "fam.xml").read_text()
+    found = re.search(r'(<default class="safe">.*?rgba=")([^"]*)', text, re.DOTALL)
+    assert found is not None
+    (tmp_path / "fam.xml").write_text(text.replace(found[0], f"{found[1]}2 0 0 1"))
+    with pytest.raises(TemplateError, match="rgba"):
+        load_family("fam", tmp_path)
 
 
 def test_signals_have_names() -> None:

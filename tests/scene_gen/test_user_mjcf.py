@@ -234,7 +234,7 @@ def test_angles_mean_the_same_alone_and_in_the_family(tmp_path: Path) -> None:
     desk = body("deske", geom.format(90))
     with pytest.raises(
         TemplateError,
-        match=r'deske.xml:2: expected the file to say <compiler angle="radian"',
+        match=r'deske.xml:2: expected deske.xml to say <compiler angle="radian"',
     ):
         nominal(write(tmp_path, {"obstacles/deske.xml": desk}))
     radian = '<compiler angle="radian"/>'
@@ -261,9 +261,9 @@ REFUSED = {
         r"body 'a' to have a geom that collides",
     ),
     "no geom": (body("a", ""), r"a.xml:2: expected body 'a' to have a geom\."),
-    "site": (
-        body("a", '<geom size="0.2"/>\n<site name="grip"/>'),
-        r"a.xml:3: expected no <site> 'grip' in <body> of a template but one of: body,",
+    "replicate": (
+        body("a", '<geom size="0.2"/>\n<replicate count="3"/>'),
+        r"a.xml:3: expected no <replicate> in <body> of a template but one of: body,",
     ),
     "world geom": (
         '<mujoco><worldbody><geom name="pillar" size="0.2"/></worldbody></mujoco>',
