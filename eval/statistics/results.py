@@ -54,7 +54,7 @@ class Results(Tabular):
 
     @property
     def rows(self) -> "pl.DataFrame":
-        """The rows as a polars frame: the columns of docs/metrics.md.
+        """The rows as a polars frame: the columns of docs/reference/columns.md.
 
         What the run varies has a column too, such as `set.beacon.push_bias`.
         """
