@@ -54,7 +54,7 @@ class BeliefPicture:
         """Begin with no belief."""
         self._tops_m = {o.id: 0.5 * o.shape.height_m for o in scene.obstacles}
         self._colours = [surface.rgba[:3] for surface in scene.surfaces]
-        self._shown: dict[str, tuple[Probabilities, int]] = {}
+        self._shown: dict[str, tuple[Probabilities, Any]] = {}
 
     def update(self, beliefs: Mapping[str, Probabilities], time_ns: int) -> Any:
         """Return all beliefs as a picture; what is no longer believed is taken away."""
@@ -63,20 +63,20 @@ class BeliefPicture:
             stamp(update.deletions.add(id=name).timestamp, time_ns)
             del self._shown[name]
         for name, belief in beliefs.items():
-            if self._shown.get(name, ((), 0))[0] != belief:
-                self._shown[name] = belief, time_ns
-            self._ball(update, name, belief, self._shown[name][1])
+            shown = self._shown.get(name)
+            if shown is None or shown[0] != belief:
+                shown = self._shown[name] = belief, self._ball(name, belief, time_ns)
+            update.entities.append(shown[1])
         return update
 
-    def _ball(
-        self, update: Any, name: str, belief: Probabilities, since_ns: int
-    ) -> None:
-        """Add one ball; a click on it shows the probabilities."""
-        entity = new_entity(update, name, name, since_ns)
+    def _ball(self, name: str, belief: Probabilities, time_ns: int) -> Any:
+        """Return one ball; a click on it shows the probabilities."""
+        entity = new_entity(message("foxglove.SceneUpdate")(), name, name, time_ns)
         for key, value in zip(CLASSES, belief, strict=True):
             entity.metadata.add(key=key, value=f"{value:.{DIGITS}f}")
         place = 0.0, 0.0, self._tops_m[name] + _BALL_OVER_M
         _add_ball(entity, place, (*_mixed(belief, self._colours), 1.0))
+        return entity
 
 
 def rounded_belief(beliefs: Mapping[str, Probabilities]) -> Any:
