@@ -27,13 +27,13 @@ from beacon_mj.world import World
 DIGITS = 4  #: Of probabilities that are looked at; `/belief` has them whole.
 PLAN_RGBA = (0.1, 0.45, 0.85, 1.0)  #: Colour of the planned path in the layouts.
 TEXT_RGBA = (0.1, 0.1, 0.15, 1.0)
-NAME_M, LEGEND_M = 0.09, 0.11  #: Heights of letters [m].
-BALL_M = 0.1  #: Diameter of the ball that shows a belief [m].
+NAME_M, LEGEND_M = 0.12, 0.14  #: Heights of letters [m].
+BALL_M = 0.14  #: Diameter of the ball that shows a belief [m].
 _UPRIGHT = (1.0, 0.0, 0.0, 0.0)
 #: Places of ball and name over an obstacle's top [m].
-_BALL_OVER_M, _NAME_OVER_M = 0.08, 0.2
+_BALL_OVER_M, _NAME_OVER_M = 0.1, 0.25
 #: Where the legend's signs and words stand, south of the room [m].
-_SIGNS_M, _WORDS_M = -0.35, -0.55
+_SIGNS_M, _WORDS_M = -0.32, -0.52
 
 
 def labels(world: World) -> Any:
