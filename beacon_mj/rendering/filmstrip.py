@@ -21,6 +21,7 @@ COLUMNS = 3
 GAP_PIXELS = 8
 #: How much a step counts in which something happens, of what its outcome holds.
 _EVENTS = (("damages", 8.0), ("toppled", 4.0), ("attempts", 4.0))
+_REFUTED = 6.0  #: How much more a push counts that moved nothing.
 _DECIDED = 2.0  #: How much another action or target counts.
 _BELIEVED = 4.0  #: How much it counts at most that beliefs change.
 _NOTHING = 0.1  #: How much a step counts in which nothing changes.
@@ -64,7 +65,7 @@ def render_strip(
 def _height(log: Log, width: int) -> int:
     """Return how high a picture must be to show the whole room, in pixels."""
     west, south, east, north = log.scene.workspace_m
-    ratio = 1.2 * (north - south) / (east - west)
+    ratio = 1.35 * (north - south) / (east - west)
     return round(width / ASPECT * min(1.0, max(0.4, ratio)))
 
 
@@ -122,6 +123,7 @@ def _happened(record: StepRecord) -> float:
     """Return how much there is to see of what the world did."""
     outcome = record.outcome
     told = sum(weight for name, weight in _EVENTS if getattr(outcome, name))
+    told += _REFUTED * any(a.evidence == "not_moved" for a in outcome.attempts)
     moved = sum(d.distance_m for d in outcome.displacements)
     return told + min(0.5, 10.0 * moved)
 
