@@ -10,7 +10,7 @@ from beacon_mj.motion.detour import FreeRoute
 from beacon_mj.numerics import norm
 from beacon_mj.planners.checks import expect_between
 from beacon_mj.planners.contact.belief_settings import BeliefSettings
-from beacon_mj.planners.contact.candidates import PushPlan
+from beacon_mj.planners.contact.candidates import PushPlan, segment_is_clear
 from beacon_mj.planners.contact.cost_to_go import TravelTimes
 from beacon_mj.planners.contact.decision import MOST_OPTIONS, Decision
 from beacon_mj.planners.contact.limits import (
@@ -27,6 +27,7 @@ _BREAKS = 0.02  #: Probability that a gentle push breaks something fragile, at l
 _BREAKS_DOUBTED = 0.1  #: The same where a mass is wrong by its own size.
 _PREMIUM = 0.3  #: Extra cost of ways through space that was never in range [m/m].
 _PREMIUM_HIDDEN = 1.0  #: The same where obstacles hide others.
+_ROOM_M = 0.001  #: Room beside the disc within which a straight drive is clear [m].
 _Scored = tuple[float, PushPlan]  #: Expected time of a push [s].
 
 
@@ -125,14 +126,19 @@ class BeaconVoiPolicy(PushPolicy[BeaconVoiConfig]):
         few = list(islice(options, MOST_OPTIONS))
         if not few:
             return None
-        self._times.update(observation)
+        self._times.update(observation, self._costs(observation))
         alone = [
             _quickest((self._expected_s(observation, p, self._round_s(p)), p)
                       for p in plans)
             for plans in few
         ]  # fmt: skip
         expected_s, plan = _quickest(
-            (self._expected_s(observation, p, self._fallback_s(p, alone)), p)
+            (
+                self._expected_s(
+                    observation, p, self._fallback_s(observation, p, alone)
+                ),
+                p,
+            )
             for _, p in alone
         )
         # Travel times alone do not tell: they keep less room than a path.
@@ -185,9 +191,11 @@ class BeaconVoiPolicy(PushPolicy[BeaconVoiConfig]):
         cfg, task = self.config, self.task
         limits = self.allowed_limits(observation, plan)
         chance = math.prod(self.chance(o) for o in plan.moved(observation))
-        touch_s = plan.lead_s(observation.position_m, task)
+        touch_s = self._lead_s(observation, plan)
         push_s = plan.travel_m / limits.push_mps + self._worth_s(observation, plan)
         beyond_s = self._times.from_point(plan.end_m)
+        if not math.isfinite(beyond_s):  # Another barrier stands before the goal.
+            beyond_s = self._times.through(plan.end_m)
         if not math.isfinite(beyond_s):
             onward = norm(task.goal_m - plan.end_m)
             beyond_s = 1.2 * onward / task.speed_mps
@@ -229,13 +237,38 @@ class BeaconVoiPolicy(PushPolicy[BeaconVoiConfig]):
         """Return the time round from where a push of `plan` would fail [s]."""
         return self._times.from_point(plan.approach_m)
 
-    def _fallback_s(self, plan: PushPlan, alone: list[_Scored]) -> float:
+    def _costs(self, observation: Observation) -> dict[int, float]:
+        """Return the crossing cost of all that may be pushed, by index [m/m]."""
+        costs = {
+            i: self.crossing_cost(obstacle, last_resort=False)
+            for i, obstacle in enumerate(observation.obstacles)
+        }
+        return {i: cost for i, cost in costs.items() if cost is not None}
+
+    def _lead_s(self, observation: Observation, plan: PushPlan) -> float:
+        """Return the time until a push touches, past what stands in between [s]."""
+        task, here = self.task, observation.position_m
+        direct_s = plan.lead_s(here, task)
+        room_m = task.radius_m + _ROOM_M
+        if segment_is_clear(observation.footprints, here, plan.approach_m, room_m):
+            return direct_s
+        way_s = self._times.to_point(plan.approach_m)
+        if not math.isfinite(way_s):
+            return direct_s
+        return max(
+            direct_s, direct_s + way_s - norm(plan.approach_m - here) / task.speed_mps
+        )
+
+    def _fallback_s(
+        self, observation: Observation, plan: PushPlan, alone: list[_Scored]
+    ) -> float:
         """Return the best that is left if `plan` fails: the way round, another push."""
         best = self._round_s(plan)
         for expected_s, other in alone:
             if other.index != plan.index:
                 over = norm(other.approach_m - plan.approach_m)
-                best = min(best, expected_s + over / self.task.speed_mps)
+                led_s = self._lead_s(observation, other)
+                best = min(best, expected_s - led_s + over / self.task.speed_mps)
         return best
 
 

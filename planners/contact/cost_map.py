@@ -13,7 +13,7 @@ import numpy as np
 
 from beacon_mj.geometry import Array, Footprints
 from beacon_mj.interface import Observation, Task
-from beacon_mj.motion.grid import Cells
+from beacon_mj.motion.grid import Cells, Grid
 from beacon_mj.motion.grid_route import GridRoute
 
 #: Where an obstacle is put that shall not block: far outside of every workspace [m].
@@ -35,6 +35,53 @@ class Crossing:
     exit_m: Array
 
 
+class CrossingCosts:
+    """What going through obstacles costs in each cell of a grid."""
+
+    def __init__(self, grid: Grid, radius_m: float) -> None:
+        """Count for a disc of `radius_m` [m] on the cells of `grid`."""
+        self._grid = grid
+        self._radius_m = radius_m
+        self._covers: dict[int, tuple[object, Cells, Array]] = {}
+
+    def over_grid(self, observation: Observation, costs: Mapping[int, float]) -> Array:
+        """Return the extra cost of each cell, shape (n,) [m/m].
+
+        Args:
+            observation: The map.
+            costs: Cost per metre of going right through each obstacle that may be
+                pushed, by its index.
+        """
+        extra = np.zeros(self._grid.size)
+        for i, cost in costs.items():
+            cells, share = self._covered(i, observation)
+            extra[cells] = np.maximum(extra[cells], cost * share)
+        return extra
+
+    def _covered(self, i: int, observation: Observation) -> tuple[Cells, Array]:
+        """Return where the disc would overlap obstacle i, and by how much of its width.
+
+        The overlap in depth, radius less signed distance, over the disc's diameter,
+        at most one.
+        """
+        outline = observation.obstacles[i].footprint
+        cached = self._covers.get(i)
+        if cached is None or cached[0] is not outline:
+            radius, grid = self._radius_m, self._grid
+            reach = outline.radius + radius
+            r0, r1, c0, c1 = grid.window(
+                outline.vertices.min(axis=0) - reach,
+                outline.vertices.max(axis=0) + reach,
+            )
+            rows, cols = np.mgrid[r0:r1, c0:c1]
+            cells = (rows * grid.cols + cols).ravel()
+            gaps = Footprints.stack([outline]).distances(grid.centres(cells))[:, 0]
+            near = gaps < radius
+            share = np.minimum((radius - gaps[near]) / (2.0 * radius), 1.0)
+            cached = self._covers[i] = (outline, cells[near], share)
+        return cached[1], cached[2]
+
+
 class ContactMap:
     """D* Lite on the cost map; some obstacles cost, the others block.
 
@@ -46,7 +93,7 @@ class ContactMap:
         """Plan on cells of `cell_m` [m] for a disc of `radius_m` [m]."""
         self._route = GridRoute(task, cell_m, radius_m)
         self._radius_m = radius_m
-        self._covers: dict[int, tuple[object, Cells, Array]] = {}
+        self._costs = CrossingCosts(self._route.field.grid, radius_m)
         self.path: Array | None = None
 
     @property
@@ -62,11 +109,8 @@ class ContactMap:
             costs: Cost per metre of going right through each obstacle that may be
                 pushed, by its index; the others block.
         """
-        extra = np.zeros(self._route.field.grid.size)
-        for i, cost in costs.items():
-            cells, share = self._covered(i, observation)
-            extra[cells] = np.maximum(extra[cells], cost * share)
-        blocking = _without(observation.footprints, list(costs))
+        extra = self._costs.over_grid(observation, costs)
+        blocking = without(observation.footprints, list(costs))
         self.path = self._route.plan(observation.position_m, blocking, extra)
 
     def crossing(
@@ -88,31 +132,8 @@ class ContactMap:
         last = first + int(after[0]) if len(after) else len(self.path) - 1
         return Crossing(soft[column], self.path[max(first - 1, 0)], self.path[last])
 
-    def _covered(self, i: int, observation: Observation) -> tuple[Cells, Array]:
-        """Return where the disc would overlap obstacle i, and by how much of its width.
 
-        The overlap in depth, radius less signed distance, over the disc's diameter,
-        at most one.
-        """
-        outline = observation.obstacles[i].footprint
-        cached = self._covers.get(i)
-        if cached is None or cached[0] is not outline:
-            radius, grid = self._radius_m, self._route.field.grid
-            reach = outline.radius + radius
-            r0, r1, c0, c1 = grid.window(
-                outline.vertices.min(axis=0) - reach,
-                outline.vertices.max(axis=0) + reach,
-            )
-            rows, cols = np.mgrid[r0:r1, c0:c1]
-            cells = (rows * grid.cols + cols).ravel()
-            gaps = Footprints.stack([outline]).distances(grid.centres(cells))[:, 0]
-            near = gaps < radius
-            share = np.minimum((radius - gaps[near]) / (2.0 * radius), 1.0)
-            cached = self._covers[i] = (outline, cells[near], share)
-        return cached[1], cached[2]
-
-
-def _without(footprints: Footprints, soft: list[int]) -> Footprints:
+def without(footprints: Footprints, soft: list[int]) -> Footprints:
     """Return the footprints with some of them moved out of the way, order kept."""
     vertices = footprints.vertices.copy()
     vertices[soft] = _ELSEWHERE_M

@@ -162,7 +162,7 @@ def test_voi_pushes_what_was_left_on_the_goal() -> None:
     planner.reset(task)
     command = planner.act(observation)
     times = TravelTimes(task, unknown_premium=0.3)
-    times.update(observation)
+    times.update(observation, {})
     assert math.isfinite(times.from_point(observation.position_m))
     assert command.info.action == "approach"
     assert command.info.cost_detour == math.inf
