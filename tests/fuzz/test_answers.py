@@ -6,6 +6,7 @@ from random import Random
 from typing import Any, NamedTuple
 
 import numpy as np
+import pytest
 
 from beacon_mj.episode.protocol import Protocol
 from beacon_mj.episode.run import run_episode
@@ -15,7 +16,7 @@ from beacon_mj.planners.base import Planner
 from beacon_mj.recording import Recorder, verify
 from beacon_mj.scene import Scene
 from beacon_mj.scene_gen.generate import generate_scene
-from tests.fuzz.harness import Kind
+from tests.fuzz.harness import Kind, Tally, limits
 from tests.fuzz.mutations import WILD
 
 HUGE = np.broadcast_to(0.0, (2**14, 2**14))  # Two gigabytes, if it were copied.
@@ -117,3 +118,18 @@ def check(given: Input, folder: Path) -> bool:
 
 ANSWERS = Kind("planner answers", make, check)
 test_answers, test_answers_long = ANSWERS.short(), ANSWERS.long()
+
+
+@pytest.mark.parametrize("name", ["velocity_mps", "path_m", "beliefs"])
+def test_gigabytes_made_of_one_number_are_not_copied(name: str, tmp_path: Path) -> None:
+    given: Any = {"obstacle_00": HUGE} if name == "beliefs" else HUGE
+    velocity = given if name == "velocity_mps" else np.zeros(2)
+    info = PlannerInfo() if name == "velocity_mps" else PlannerInfo(**{name: given})
+    with limits(Tally()):
+        assert check(Input([Command(velocity_mps=velocity, info=info)]), tmp_path)
+
+
+def test_long_answers_are_named_in_short(tmp_path: Path) -> None:
+    many: Any = [0.0] * 10**6
+    with limits(Tally()):
+        assert check(Input([Command(velocity_mps=many)], invalid=True), tmp_path)

@@ -52,9 +52,9 @@ def make(rng: Random) -> Input:
     for _ in range(rng.randint(0, 2)):
         words += ["--set", _setting(rng)]
     if rng.random() < 0.2:
-        values = json.dumps(rng.choice([v for v in WILD if _plain(v)]))
+        value = json.dumps(rng.choice([v for v in WILD if _plain(v)]))
         key = rng.choice(["seed", "workers", "log", "set", "planner", "nonsense"])
-        toml = f"[eval]\n{key} = {values}\n"
+        toml = f"[eval]\n{key} = {value}\n"
     return Input(words, toml, invalid)
 
 

@@ -3,17 +3,20 @@
 import functools
 import json
 import tempfile
+from collections.abc import Callable
 from hashlib import sha256
 from pathlib import Path
 from random import Random
 from typing import Any, NamedTuple
 
 import numpy as np
+import pytest
 from mcap.records import Attachment, McapRecord, Message, Metadata
 
 from beacon_mj import measure_log
 from beacon_mj.episode.protocol import Protocol
 from beacon_mj.episode.run import run_episode
+from beacon_mj.errors import LogError
 from beacon_mj.eval.metrics.measure import measure
 from beacon_mj.recording import Recorder, read_log, read_trace, verify
 from beacon_mj.recording.messages import message
@@ -83,7 +86,7 @@ def _change_metadata(record: Metadata, rng: Random) -> None:
     value = record.metadata.get(key, "")
     try:
         text = text_of(mutated(json.loads(value), rng)).decode()
-    except (ValueError, IndexError):
+    except (ValueError, IndexError, TypeError):
         text = str(rng.choice(WILD)).encode(errors="replace").decode()
     record.metadata[key] = rng.choice([text, "[" * 5000, "9" * 5000, ""])
 
@@ -143,3 +146,40 @@ test_logs, test_logs_long = LOGS.short(), LOGS.long()
 
 def test_the_log_that_is_changed_is_sound(tmp_path: Path) -> None:
     assert not check(Input(0.0, 1), tmp_path)
+
+
+def _with(tmp_path: Path, change: Callable[[str, McapRecord], None]) -> Path:
+    def edit(topic: str, record: McapRecord) -> McapRecord:
+        change(topic, record)
+        return record
+
+    (tmp_path / "base.mcap").write_bytes(base())
+    rewrite(tmp_path / "base.mcap", tmp_path / "x.mcap", edit)
+    return tmp_path / "x.mcap"
+
+
+def test_a_seed_of_thousands_of_digits_is_one_line(tmp_path: Path) -> None:
+    def change(topic: str, record: McapRecord) -> None:
+        if isinstance(record, Metadata) and record.name == "config":
+            record.metadata["planner_seed"] = "9" * 5000
+
+    found = verify(_with(tmp_path, change))
+    assert found.problem
+    assert "expected a planner's seed" in found.problem
+
+
+@pytest.mark.parametrize("value", ["nobody", np.inf])
+def test_numbers_of_no_episode_are_not_measured(value: Any, tmp_path: Path) -> None:
+    def change(topic: str, record: McapRecord) -> None:
+        if not isinstance(record, Message) or topic not in ("/belief", "/step"):
+            return
+        found = message(TOPICS[topic]).FromString(record.data)
+        if topic == "/step" and value != "nobody":
+            found.actuator_work_j = rng.choice([value, -value])
+        for each in found.obstacles if topic == "/belief" else ():
+            each.obstacle = str(value)
+        record.data = found.SerializeToString()
+
+    rng = Random(0)
+    with pytest.raises(LogError, match=r"names or needs what|cannot be measured"):
+        measure_log(_with(tmp_path, change))

@@ -2,13 +2,18 @@
 
 import functools
 import json
+import os
 import tempfile
+import time
+from collections.abc import Callable
 from pathlib import Path
 from random import Random
 from typing import NamedTuple
 
+import pytest
+
 import beacon_mj
-from tests.fuzz.harness import Kind, attempt
+from tests.fuzz.harness import SECONDS, Kind, attempt
 from tests.fuzz.mutations import damaged, mutated, text_of
 
 FILES = ("config.json", "episodes.jsonl", "summary.json", "episodes.parquet")
@@ -74,3 +79,69 @@ test_run_folders, test_run_folders_long = RUN_FOLDERS.short(), RUN_FOLDERS.long(
 
 def test_the_run_that_is_changed_is_sound(tmp_path: Path) -> None:
     assert not check(Input("summary.json", base()["summary.json"]), tmp_path)
+
+
+def _row(**changes: object) -> bytes:
+    first = json.loads(base()["episodes.jsonl"].splitlines()[0])
+    return text_of(first | changes) + b"\n"
+
+
+def _config(**changes: object) -> bytes:
+    return text_of(json.loads(base()["config.json"]) | changes)
+
+
+def _planner(**changes: object) -> bytes:
+    config = json.loads(base()["config.json"])
+    config["planners"][0] |= changes
+    return text_of(config)
+
+
+#: Inputs that once ended in a traceback, or took all memory.
+FOUND: dict[str, Callable[[], Input]] = {
+    "index that no table holds": lambda: Input(
+        "episodes.jsonl", _row(scene_index=10**30)
+    ),
+    "steps below zero": lambda: Input("episodes.jsonl", _row(steps=-(10**20))),
+    "setting that is only claimed": lambda: Input(
+        "config.json", _planner(varied={"push-through.nope.x": "1"})
+    ),
+    "protocol's setting that is only claimed": lambda: Input(
+        "config.json", _planner(varied={"protocol.nope": "1"})
+    ),
+    "deep configuration": lambda: Input(
+        "config.json", _planner(config={"x": 0}).replace(b'"x": 0', DEEP)
+    ),
+    "deep summary": lambda: Input("summary.json", b"[" * 200_000),
+    "a million scenes of each of a thousand families": lambda: Input(
+        "config.json",
+        _config(
+            families={f"f{k}": "0" for k in range(1000)},
+            scenes={},
+            scenes_per_family=10**6,
+        ),
+    ),
+    "no UTF-8": lambda: Input(
+        "config.json", _planner(home="HOME").replace(b"HOME", b"\xff\xfe")
+    ),
+}
+DEEP = b'"x": ' + b"[" * 50_000 + b"]" * 50_000
+
+
+@pytest.mark.parametrize("name", FOUND)
+def test_run_folders_that_were_once_found(name: str, tmp_path: Path) -> None:
+    began = time.process_time()
+    assert check(FOUND[name](), tmp_path)
+    assert time.process_time() - began < SECONDS
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no named pipes here")
+@pytest.mark.parametrize("name", FILES)
+def test_only_regular_files_of_a_run_are_read(name: str, tmp_path: Path) -> None:
+    assert not check(Input(name, base()[name]), tmp_path)
+    (tmp_path / "run" / name).unlink()
+    os.mkfifo(tmp_path / "run" / name)
+    if name in FILES[:2]:
+        assert attempt(lambda: beacon_mj.load_results(tmp_path / "run")) is None
+    else:
+        found = attempt(lambda: beacon_mj.verify(tmp_path / "run", workers=1))
+        assert found is None or not found.ok
