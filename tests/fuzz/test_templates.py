@@ -83,7 +83,7 @@ def make(rng: Random) -> Input:
     if rng.random() < 0.15:
         parts = [text.encode() for text in texts]
         parts[k] = damaged(parts[k], rng)
-        return Input(*parts)
+        return Input(parts[0], parts[1])
     root = ET.fromstring(texts[k])
     if k == 1 and (invalid := rng.random() < 0.3):
         tag, inside = rng.choice(FOREIGN)
