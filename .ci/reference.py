@@ -90,12 +90,12 @@ def columns() -> str:
     """Return every column of the rows, in order."""
     notes, hints = field_comments(Row), get_type_hints(Row, include_extras=True)
     wall = ", ".join(f"`{name}`" for name in sorted(WALL_CLOCK_COLUMNS))
-    rows = ((f"`{n}`", describe(hints[n]), notes[n]) for n in COLUMNS)
+    rows = ((f"`{n}`", f"{notes[n]} *{describe(hints[n])}*") for n in COLUMNS)
     return (
         "# Columns\n\nOf `episodes.parquet` and `episodes.jsonl`, in their order; "
         "[Metrics](../metrics.md) has the symbols, and what else to know. Only "
         f"{wall} differ between two runs of one configuration.\n\n"
-        + table(("column", "type", "definition"), rows)
+        + table(("column", "definition, *type*"), rows)
     )
 
 
@@ -124,7 +124,7 @@ def field_type(kind: str) -> tuple[str, str]:
 def python() -> str:
     """Return every public name: how it is called, and what its docstring says."""
     parts = [
-        "# Python API\n\nall of `beacon_mj.__all__`. [In Python](../python.md) shows "
+        "# Python API\n\nAll of `beacon_mj.__all__`. [In Python](../python.md) shows "
         "how the calls go together.\n\n"
     ]
     told = {name for names in INTERFACE.values() for name in names}

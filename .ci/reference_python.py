@@ -30,10 +30,14 @@ def fields(cls: type) -> str:
     """Return a table of the fields of a dataclass or named tuple, then its methods."""
     notes = {p.arg_name: p.description for p in parsed(cls).params}
     rows = (
-        (f"`{name}`", f"`{kind}`", f"`{value}`" if value else "", notes[name] or "")
+        (
+            f"`{name}`",
+            f"`{kind} = {value}`" if value else f"`{kind}`",
+            notes[name] or "",
+        )
         for name, kind, value in declared(cls)
     )
-    parts = [prose(cls), table(("field", "type", "default", "meaning"), rows)]
+    parts = [prose(cls), table(("field", "type", "meaning"), rows)]
     return "".join([*parts, *(method(key, call) for key, call in public_methods(cls))])
 
 
@@ -71,28 +75,36 @@ def signature(call: object) -> str:
     """Return a signature as it stands in the source, a line a parameter if long."""
     source = definition(call)
     assert isinstance(source, ast.FunctionDef)
-    found = source.args
-    found.args = [a for a in found.args if a.arg not in ("self", "cls")]
-    result = f" -> {ast.unparse(source.returns)}" if source.returns else ""
-    if any(
-        isinstance(d, ast.Name) and d.id == "property" for d in source.decorator_list
-    ):
-        return f": {ast.unparse(source.returns)}" if source.returns else ""
-    text = f"({ast.unparse(found)}){result}"
-    return text if len(text) < 70 else broken(text)
+    result = ast.unparse(source.returns) if source.returns else ""
+    if any(ast.unparse(each) == "property" for each in source.decorator_list):
+        return f": {result}"
+    arguments = [*written(source.args)]
+    arrow = f" -> {result}" if result else ""
+    text = f"({', '.join(arguments)}){arrow}"
+    lines = "".join(f"    {each},\n" for each in arguments)
+    return text if len(text) < 70 else f"(\n{lines}){arrow}"
 
 
-def broken(text: str) -> str:
-    """Return a signature with a line a parameter."""
-    out, depth = "", 0
-    for k, letter in enumerate(text):
-        depth += (letter in "([") - (letter in ")]")
-        if depth == 0:
-            return f"{out},\n{text[k:]}"
-        out += letter
-        if depth == 1 and letter in "(,":
-            out += "\n   " if letter == "," else "\n    "
-    return out
+def written(found: ast.arguments) -> Iterator[str]:
+    """Yield the parameters of a function, but for `self` and `cls`."""
+    plain = [*found.posonlyargs, *found.args]
+    before = [None] * (len(plain) - len(found.defaults))
+    for each, value in zip(plain, [*before, *found.defaults], strict=True):
+        if each.arg not in ("self", "cls"):
+            yield parameter(each, value)
+    if found.vararg:
+        yield f"*{parameter(found.vararg, None)}"
+    elif found.kwonlyargs:
+        yield "*"
+    for each, value in zip(found.kwonlyargs, found.kw_defaults, strict=True):
+        yield parameter(each, value)
+
+
+def parameter(found: ast.arg, value: ast.expr | None) -> str:
+    """Return one parameter with its type and default."""
+    kind = f": {ast.unparse(found.annotation)}" if found.annotation else ""
+    default = f" = {ast.unparse(value)}" if value else ""
+    return f"{found.arg}{kind}{default}"
 
 
 def parsed(thing: object) -> docstring_parser.Docstring:

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from beacon_mj.eval.api.evaluation import evaluate as evaluate
     from beacon_mj.eval.api.evaluation import merge as merge
     from beacon_mj.eval.api.families import list_families as list_families
+    from beacon_mj.eval.api.leaderboard import leaderboard as leaderboard
     from beacon_mj.eval.api.learning import learning_savings as learning_savings
     from beacon_mj.eval.api.logs import export_ros2 as export_ros2
     from beacon_mj.eval.api.logs import log_info as log_info
@@ -104,6 +105,7 @@ _HOME = {
     "fill_tables": "beacon_mj.eval.api.reports",
     "generate_scene": "beacon_mj.scene_gen.generate",
     "generate_scenes": "beacon_mj.eval.api.scenes",
+    "leaderboard": "beacon_mj.eval.api.leaderboard",
     "learning_savings": "beacon_mj.eval.api.learning",
     "list_families": "beacon_mj.eval.api.families",
     "list_planners": "beacon_mj.eval.api.planners",

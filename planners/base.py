@@ -38,10 +38,15 @@ class Planner(ABC, Generic[C]):
     Attributes:
         Config: Frozen dataclass of parameters; every field has a default. Empty unless
             a planner names its own.
+        bit_reproducible: Whether the planner decides the same, bit for bit, on every
+            machine and each time. One that does not, such as a neural network on a
+            GPU, says so with False: its tables carry a note, and running it again
+            proves rates in place of rows.
         config: The parameters of this planner.
     """
 
     Config: ClassVar[type[Any]] = NoConfig
+    bit_reproducible: ClassVar[bool] = True
 
     def __init__(self, config: C | None = None) -> None:
         """Build the planner. `config` is an instance of `Config`; None for defaults."""

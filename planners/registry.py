@@ -53,6 +53,11 @@ def planner_names() -> dict[str, str]:
     return third | PAPER | OURS | REFERENCE
 
 
+def is_shipped(spec: str) -> bool:
+    """Whether a planner is one of this package, and no third party's."""
+    return spec in PAPER | OURS | REFERENCE
+
+
 def file_planner(spec: str) -> str | None:
     """Return the class that `path/to/file.py:ClassName` names; None for a name."""
     path, _, member = spec.rpartition(":")

@@ -47,7 +47,7 @@ def test_the_reference_is_complete() -> None:
     assert all(f"| `{topic}` | `{name}` |" in topics for topic, name in TOPICS.items())
     assert all(f"## `beacon_mj.{name}`\n" in topics for name in BEACON)
     columns = (folder / "columns.md").read_text()
-    assert re.findall(r"^\| `(\w+)` \| .+ \| .+ \|$", columns, re.M) == [*COLUMNS]
+    assert re.findall(r"^\| `(\w+)` \| .+ \|$", columns, re.M) == [*COLUMNS]
     commands = (folder / "commands.md").read_text()
     assert all(f"\n## beacon-mj {name}\n" in commands for name in COMMANDS)
     assert all(f"\n### beacon-mj log {name}\n" in commands for name in LOG_COMMANDS)

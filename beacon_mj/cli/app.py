@@ -65,6 +65,10 @@ COMMANDS = {
         "beacon_mj.cli.bundle:bundle",
         "Write a finished run as one file that verify takes.",
     ),
+    "leaderboard": (
+        "beacon_mj.cli.leaderboard:leaderboard",
+        "Write a static page of bundles that hold when they are verified.",
+    ),
     "plot": (
         "beacon_mj.cli.plot:plot",
         "Draw an episode's log in one 2-D picture.",

@@ -24,7 +24,7 @@ DIAGONAL_M = math.sqrt(72.0)
 STEPS = 1000  #: Control steps of an episode in a room of up to that diagonal.
 
 
-#: What each preset changes of the defaults; docs/command-line.md says why these values.
+#: What each preset changes of the defaults; docs/protocol.md says why these values.
 PRESETS: Mapping[str, Mapping[str, float | bool]] = {
     "paper": {},
     "realistic": {

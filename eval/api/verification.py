@@ -20,7 +20,7 @@ from beacon_mj.eval.runs.worker_process import usable_cores
 from beacon_mj.eval.statistics.results import Results
 from beacon_mj.eval.verification.bundle import write_bundle
 from beacon_mj.eval.verification.checks import Check
-from beacon_mj.eval.verification.fresh import FreshResult
+from beacon_mj.eval.verification.rates import FreshResult
 from beacon_mj.eval.verification.run import Asked, check_run
 from beacon_mj.eval.verification.unpack import is_bundle, relocated, unpack
 from beacon_mj.files import files_below

@@ -104,7 +104,7 @@ def render_report(
     tell("beliefs and episodes, from the logs")
     chosen = picks(run.folder, run.planners[focus])
     pages = _replay(run, chosen) if with_replay else None
-    page: str = _template().render(
+    page: str = template().render(
         policy=_policy(pages),
         note=NOTE,
         oracles=summary["oracles"],
@@ -130,7 +130,7 @@ def page_tables(run: Results, baseline: str | None = None) -> list[str]:
     """Return the tables of a run's page, as they stand in it; see `render_report`."""
     found = _compared(run, baseline)[1]
     made = _tables(_summary(run), found)
-    macro = _template("table.html.j2").module.table
+    macro = template("table.html.j2").module.table
     return [
         str(macro(each))
         for each in (
@@ -176,7 +176,8 @@ def _summary(run: Results) -> dict[str, Any]:
     return summary
 
 
-def _template(name: str = "report.html.j2") -> Any:
+def template(name: str = "report.html.j2") -> Any:
+    """Return a template of this package, whose values are escaped and printable."""
     environment = Environment(
         loader=PackageLoader("beacon_mj.eval.report"),
         autoescape=True,

@@ -53,6 +53,8 @@ class PlannerEntry(msgspec.Struct, frozen=True, kw_only=True):
         isolated: Whether it runs in a process of its own.
         oracle: Whether it is told the truth about each world: a reference planner,
             whatever its name, and marked as one in every row and table.
+        bit_reproducible: Whether its rows are the same each time and everywhere, as its
+            class says; tables have a note of those that are not.
         code: SHA-256 of its file and of the local modules that it imports, by path
             below the file's folder; empty for a built-in planner.
         home: Whole path of the file that it is loaded from; no option, for a run may
@@ -67,6 +69,7 @@ class PlannerEntry(msgspec.Struct, frozen=True, kw_only=True):
     varied: dict[str, str] = {}
     isolated: bool = False
     oracle: bool = False
+    bit_reproducible: bool = True
     code: dict[str, str] = {}
     home: str = ""
 
@@ -134,6 +137,11 @@ class RunConfig(msgspec.Struct, frozen=True, kw_only=True):
     versions: dict[str, str]
     shard: Shard | None = None
     machines: tuple[dict[str, str], ...] = ()
+
+    @property
+    def inexact(self) -> list[str]:
+        """Planners that say that their rows need not repeat."""
+        return [e.name for e in self.planners if not e.bit_reproducible]
 
     def protocol_of(self, planner: str) -> Protocol:
         """Return how the episodes of a planner are run."""

@@ -262,13 +262,16 @@ def _entry(each: _Loaded, parsed: Settings, protocol: Protocol) -> PlannerEntry:
         config={} if each.config is None else built_ins(each.config),
         isolated=each.cls is None,
         oracle=each.cls is not None and issubclass(each.cls, Oracle),
+        bit_reproducible=each.cls is None or each.cls.bit_reproducible is True,
         code=code_of(each.spec, each.cls),
         home="" if file is None else str(file),
     )
     if each.config is not None:
         return entry
-    config = configuration(entry, own, protocol, each.cls)
-    return msgspec.structs.replace(entry, config=config)
+    said = configuration(entry, own, protocol, each.cls)
+    return msgspec.structs.replace(
+        entry, config=said.config, bit_reproducible=said.bit_reproducible
+    )
 
 
 def _make_portable(config: type[Any]) -> None:

@@ -16,6 +16,7 @@ from beacon_mj.episode.protocol import Protocol
 from beacon_mj.errors import RunError
 from beacon_mj.eval.runs.config import PlannerEntry
 from beacon_mj.eval.runs.isolation.host import describe_isolated
+from beacon_mj.eval.runs.isolation.wire import Ready
 from beacon_mj.eval.runs.overrides import (
     built_ins,
     configure,
@@ -89,7 +90,7 @@ def variant(
     ruled = with_protocol(protocol, rules) if rules else base.protocol
     config = base.config
     if own:
-        config = configuration(base, settings, ruled or protocol, cls)
+        config = configuration(base, settings, ruled or protocol, cls).config
     return msgspec.structs.replace(
         base,
         name=checked_name(variant_name(base.name, changes)),
@@ -108,8 +109,8 @@ def configuration(
     settings: Mapping[str, str],
     protocol: Protocol,
     cls: type[Planner] | None = None,
-) -> dict[str, Any]:
-    """Return all values of a planner's configuration, as a run folder stores them.
+) -> Ready:
+    """Return what a planner says of itself: the values of its configuration first.
 
     Args:
         entry: The planner; one that is isolated is imported in a process of its own,
@@ -125,7 +126,8 @@ def configuration(
         limits = protocol.decision_limit_s, protocol.memory_limit_mib
         return describe_isolated(entry.spec, settings, entry.base, *limits)
     cls = cls or load_planner(entry.spec)[1]
-    return built_ins(configure(cls, settings, entry.base))
+    config = built_ins(configure(cls, settings, entry.base))
+    return Ready(0, config, cls.bit_reproducible is True)
 
 
 def variants(

@@ -22,6 +22,9 @@ if TYPE_CHECKING:
     import polars as pl
     from rich.table import Table
 
+#: Said of planners that are not `bit_reproducible`.
+INEXACT = "says that its rows need not be the same another time, or elsewhere."
+
 
 class Results(Tabular):
     """A run: every planner that crossed its scenes, finished or not.
@@ -51,7 +54,7 @@ class Results(Tabular):
 
     @property
     def rows(self) -> "pl.DataFrame":
-        """The rows as a polars frame: the columns of docs/metrics.md.
+        """The rows as a polars frame: the columns of docs/reference/columns.md.
 
         What the run varies has a column too, such as `set.beacon.push_bias`.
         """
@@ -83,7 +86,11 @@ class Results(Tabular):
         return SummaryTable(self.summary(), self.notes())
 
     def notes(self) -> list[str]:
-        """Return a line for each family of which the episodes cut a round."""
+        """Return what is to be said below every table, a line each.
+
+        That is each planner whose rows need not repeat, and each family of which the
+        episodes cut a round.
+        """
         indices: dict[str, set[int]] = {}
         for row in self.episodes:
             indices.setdefault(row.family, set()).add(row.scene_index)
@@ -92,7 +99,8 @@ class Results(Tabular):
             cut_round(name, len(own), rounds.get(name, 1))
             for name, own in indices.items()
         )
-        return [line for line in lines if line is not None]
+        cut = [line for line in lines if line is not None]
+        return [f"{name}: {INEXACT}" for name in self.config.inexact] + cut
 
     def tables(self) -> "Sequence[Table | str]":
         """Return the tables one by one."""

@@ -19,7 +19,7 @@ from beacon_mj.eval.runs.variants import checked_name
 from beacon_mj.eval.verification.records import RECORDS, Table, write_record
 from beacon_mj.eval.verification.scenes import family_problems
 from beacon_mj.eval.verification.tables import check_tables
-from beacon_mj.planners.registry import planner_names
+from beacon_mj.planners.registry import is_shipped
 
 
 def publish(run: Path, name: str | None = None, folder: Path = RECORDS) -> Path:
@@ -51,10 +51,11 @@ def _unfit(config: RunConfig) -> str | None:
         return "a whole run, not a shard"
     if config.scene_dir is not None or config.templates is not None:
         return "generated scenes of shipped families"
-    known = planner_names()
     for entry in config.planners:
-        if not known.get(entry.spec, "").startswith("beacon_mj."):
+        if not is_shipped(entry.spec):
             return f"shipped planners, not {entry.name},"
+    if config.inexact:
+        return f"planners whose rows repeat, not {config.inexact[0]},"
     return None
 
 

@@ -17,7 +17,9 @@ from beacon_mj.eval.runs.config import PlannerEntry, RunConfig, SceneRef
 from beacon_mj.eval.runs.lineup import PYTHON
 from beacon_mj.eval.runs.log_files import log_file
 from beacon_mj.eval.runs.runner import plan, run_jobs
+from beacon_mj.eval.runs.variants import configuration
 from beacon_mj.eval.verification.checks import Check
+from beacon_mj.eval.verification.rates import rate_results
 from beacon_mj.recording.differences import first_difference
 
 
@@ -30,7 +32,8 @@ def check_planners(
 ) -> Check:
     """Run every episode again, and compare rows, and logs message by message.
 
-    Planners from files run in processes of their own, whatever the record says.
+    Planners from files run in processes of their own, whatever the record says. Of
+    those that say that their rows need not repeat, rates are compared.
 
     Args:
         run: The run folder.
@@ -45,9 +48,13 @@ def check_planners(
     problems = [
         f"{run}: {name} was a class, and cannot be run again" for name in handed
     ]
-    logs = 0
+    loose, logs, found = list[str](), 0, list[Row]()
     try:
+        loose = _inexact(again)
         for row, path in _episodes(again, refs, kept, workers):
+            if row.planner in loose:
+                found.append(row)
+                continue
             log = log_file(run, row.planner, row.scene_name)
             problem = row_difference(kept[row.key], row)
             if problem is None and log.is_file() and path is not None:
@@ -57,8 +64,20 @@ def check_planners(
                 problems.append(f"{_name(row)}: {_without(problem, log)}")
     except BeaconError as error:
         problems.append(f"{run}: {error}")
+    problems += _worse(run, rows, found)
     note = f"{len(kept)} episodes run again, {logs} logs compared in every message"
+    if loose:
+        note += f"; of {', '.join(loose)} only the rates, for its rows need not repeat"
     return Check(level="planner", problems=tuple(sorted(problems)), note=note)
+
+
+def _worse(run: Path, claimed: Sequence[Row], found: Sequence[Row]) -> list[str]:
+    """Return a line for each rate that is below what is claimed, not by chance."""
+    return [
+        f"{run}: {each.told('when run again')}: more than chance"
+        for each in rate_results(claimed, found)
+        if not each.consistent
+    ]
 
 
 def guarded(config: RunConfig) -> RunConfig:
@@ -74,6 +93,18 @@ def row_difference(stored: Row, ours: Row) -> str | None:
         if name not in WALL_CLOCK_COLUMNS and value != other:
             return f"{name} is {value!r} in the rows but {other!r} when run again"
     return None
+
+
+def _inexact(config: RunConfig) -> list[str]:
+    """Return the planners whose classes, not only their record, say that of them."""
+    names = []
+    for entry in config.planners:
+        if entry.name in config.inexact:
+            here = msgspec.structs.replace(entry, spec=entry.loaded_from)
+            said = configuration(here, entry.settings, config.protocol)
+            if not said.bit_reproducible:
+                names.append(entry.name)
+    return names
 
 
 def _isolated(entry: PlannerEntry) -> PlannerEntry:

@@ -9,8 +9,9 @@ from beacon_mj.eval.runs.code_record import check_trusted, named_layouts
 from beacon_mj.eval.runs.config import RunConfig, SceneRef, planned_scenes
 from beacon_mj.eval.runs.run_folder import load_config, load_rows
 from beacon_mj.eval.verification.checks import Check
-from beacon_mj.eval.verification.fresh import FreshResult, check_fresh
+from beacon_mj.eval.verification.fresh import check_fresh
 from beacon_mj.eval.verification.logs import check_logs
+from beacon_mj.eval.verification.rates import FreshResult
 from beacon_mj.eval.verification.rerun import check_planners
 from beacon_mj.eval.verification.scenes import check_scenes
 from beacon_mj.eval.verification.tables import check_tables

@@ -25,6 +25,9 @@ from beacon_mj.planners.contact.limits import PushLimits, within_sheet
 
 #: Least error of a perceived force that is believed: friction is not that exact.
 LEAST_ERROR = 0.01
+#: Standard deviations by which the noise of a felt force may have shifted it: forces of
+#: two days contradict each other only where both may be as far off as that.
+NOISE_SDS = 3.0
 
 
 class PushPolicy(ABC, Generic[C]):
@@ -67,14 +70,18 @@ class PushPolicy(ABC, Generic[C]):
     def contradicts(self, evidence: PushEvidence) -> bool:
         """Whether a push, not learned yet, shows that the room changed overnight.
 
-        What moved on an earlier day withstands the same force now, or the reverse.
+        What moved on an earlier day withstands the same force now, or the reverse, and
+        not by the noise of felt forces.
         """
         name, force_n = evidence.id, evidence.force_n
         if not self._inherits or any(name == told.id for told in self._today):
             return False
+        noise = NOISE_SDS * self.task.sensor.force_noise
+        least, most = max(1.0 - noise, 0.0), 1.0 + noise
         if evidence.evidence == "not_moved":
-            return force_n >= self.beliefs.at_most_n.get(name, math.inf)
-        return force_n < self.beliefs.at_least_n.get(name, 0.0)
+            limit_n = self.beliefs.at_most_n.get(name, math.inf)
+            return least * force_n >= most * limit_n
+        return most * force_n < least * self.beliefs.at_least_n.get(name, 0.0)
 
     def doubt(self, observation: Observation) -> bool:
         """Believe only what this day has shown; return whether that is a change.

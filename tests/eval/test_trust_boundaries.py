@@ -2,6 +2,7 @@
 
 import dataclasses
 import html
+import re
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -25,6 +26,7 @@ from beacon_mj.rendering.panel import panel_svg
 from tests.eval.report.test_report import Page
 from tests.eval.statistics.test_compare import rows, write_run
 from tests.recording.samples import PushThrough, record, scene_with_damage
+from tests.repository import REPOSITORY
 
 EVIL = "</title><script>alert(1)</script>\x1b[31m$\\frac$|[red]_"
 
@@ -146,6 +148,15 @@ def test_names_are_text_in_a_replay(tmp_path: Path) -> None:
 def test_a_replay_within_a_report_is_sandboxed(run: Results) -> None:
     text = render_report(run)
     assert text.count("<iframe ") == text.count('<iframe sandbox="allow-scripts" ') == 1
+
+
+def test_dask_in_the_docs_listens_on_this_machine_alone() -> None:
+    pages = "\n".join(p.read_text() for p in (REPOSITORY / "docs").glob("*.md"))
+    lines = re.findall(r"^\s*dask (?:scheduler|worker) .*$", pages, re.M)
+    assert len(lines) >= 2
+    for line in lines:
+        assert "--host 127.0.0.1" in line
+        assert "--no-dashboard" in line or "--dashboard-address 127.0.0.1" in line
 
 
 def test_linked_log_folders_are_verified(run: Results, tmp_path: Path) -> None:

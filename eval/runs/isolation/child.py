@@ -100,7 +100,7 @@ class _Planner:
         """Do what is asked; whatever the planner raises is an answer too."""
         try:
             if isinstance(request, wire.Describe):
-                return wire.Ready(request.serial, _configuration(request))
+                return _described(request)
             if isinstance(request, wire.Tell):
                 self._tell(request)
                 return wire.Ready(request.serial)
@@ -149,12 +149,13 @@ class _Planner:
         return "" if self._guarded is None else self._guarded.where
 
 
-def _configuration(request: wire.Describe) -> dict[str, Any]:
-    """Return all values of the configuration, as plain data."""
+def _described(request: wire.Describe) -> wire.Ready:
+    """Return what a planner says of itself, as plain data."""
     cls = _class_of(request.spec)
     config = configure(cls, request.settings, request.name)
     plain = msgspec.msgpack.encode(built_ins(config))
-    return msgspec.msgpack.decode(plain, type=dict[str, Any])
+    values = msgspec.msgpack.decode(plain, type=dict[str, Any])
+    return wire.Ready(request.serial, values, cls.bit_reproducible is True)
 
 
 def _build(request: wire.Reset) -> Planner:

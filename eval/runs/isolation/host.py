@@ -254,8 +254,8 @@ def isolated(who: Who, limit_s: float) -> Isolated:
 
 def describe_isolated(
     spec: str, settings: Mapping[str, str], name: str, limit_s: float, memory_mib: int
-) -> dict[str, Any]:
-    """Return the configuration of a planner without importing it here.
+) -> wire.Ready:
+    """Return what a planner says of itself, without importing it here.
 
     Raises:
         PlannerError: If the planner cannot be loaded, or a setting is no good, or this
@@ -277,7 +277,7 @@ def describe_isolated(
         raise PlannerError(f"{prefix}{text}") from failure
     finally:
         child.end()
-    return reply.config if isinstance(reply, wire.Ready) else {}
+    return reply if isinstance(reply, wire.Ready) else wire.Ready(request.serial)
 
 
 def _beside_streams(end: socket.socket) -> socket.socket:

@@ -82,10 +82,17 @@ Request = Describe | Tell | Reset | NextDay | Act
 
 
 class Ready(msgspec.Struct, frozen=True, array_like=True, tag=0):
-    """The request is done. `config` is what `Describe` asks for."""
+    """The request is done; the rest is what `Describe` asks for.
+
+    Attributes:
+        serial: The request's number.
+        config: All values of the configuration, as plain data.
+        bit_reproducible: See `Planner`.
+    """
 
     serial: int
     config: dict[str, Any] = {}
+    bit_reproducible: bool = True
 
 
 class Failed(msgspec.Struct, frozen=True, array_like=True, tag=1):

@@ -327,7 +327,7 @@ def test_closed_streams_do_not_matter(tmp_path: Path) -> None:
         "import os; os.closerange(0, 3)\n"
         "from beacon_mj.eval.runs.isolation.host import describe_isolated\n"
         f"found = describe_isolated({hostile('Harmless')!r}, {{}}, 'H', 30.0, 4096)\n"
-        f"open({str(out)!r}, 'w').write(repr(found))"
+        f"open({str(out)!r}, 'w').write(repr(found.config))"
     )
     environment = os.environ | {"PYTHONPATH": str(REPOSITORY)}
     subprocess.run([sys.executable, "-c", code], env=environment, check=True)

@@ -12,10 +12,11 @@ import pytest
 
 import beacon_mj
 from beacon_mj import cli
-from beacon_mj.errors import RunError
+from beacon_mj.errors import PlannerError, RunError
 from beacon_mj.eval.metrics.row import Row
 from beacon_mj.eval.runs.run_folder import RunFolder, load_config, load_rows
 from beacon_mj.eval.statistics.summary import summarize
+from beacon_mj.eval.verification.rates import rate_results
 from beacon_mj.scene.files import load_scene
 from beacon_mj.scene_gen.generate import generate_scene
 
@@ -140,6 +141,33 @@ def test_an_edited_summary_fails_tables(run: Path) -> None:
     assert failing(run) == {"tables"}
 
 
+@pytest.mark.parametrize(
+    ("part", "change", "told"),
+    [
+        (
+            ("protocol",),
+            {"max_steps": 41},
+            "its protocol is not that of the run in max",
+        ),
+        (("versions",), {"numpy": "1.0.0"}, "recorded with numpy"),
+        (("planners", 0, "config"), {"speed": 9}, "its planner_config is not that"),
+        (("planners", 0), {"name": "other"}, "'bug1' is no planner of the run"),
+    ],
+)
+def test_logs_that_were_recorded_otherwise_fail_logs(
+    run: Path, part: tuple[str | int, ...], change: dict[str, object], told: str
+) -> None:
+    stored = json.loads((run / "config.json").read_text())
+    found: Any = stored
+    for key in part:
+        found = found[key]
+    found.update(change)
+    (run / "config.json").write_text(json.dumps(stored))
+    checks = beacon_mj.verify(run, workers=1).checks
+    [logs] = [check for check in checks if check.level == "logs"]
+    assert told in "\n".join(logs.problems)
+
+
 def test_commands_of_the_clairvoyant_under_another_name_fail_planner(
     tmp_path: Path, made: Path
 ) -> None:
@@ -174,6 +202,104 @@ def _told(folder: Path, log: Path) -> str:
         "        return Command(velocity_mps=COMMANDS[self.k])\n"
     )
     return f"{folder / 'told.py'}:Bug1"
+
+
+UNSTEADY = """
+import os
+from beacon_mj.interface import Command
+from beacon_mj.planners.base import Planner
+
+class Unsteady(Planner):
+    bit_reproducible = {says}
+    def reset(self, task):
+        self.goal = task.goal_m
+    def act(self, observation):
+        shake = 1e-9 * int.from_bytes(os.urandom(2), "big")
+        return Command(velocity_mps=0.3 * (self.goal - observation.position_m) + shake)
+"""
+
+
+def unsteady(folder: Path, says: object) -> str:
+    """Return a planner that does not decide the same twice."""
+    path = folder / "unsteady.py"
+    path.write_text(UNSTEADY.format(says=says))
+    return f"{path}:Unsteady"
+
+
+def test_a_planner_that_need_not_repeat_is_told_in_tables_and_proved_by_rates(
+    tmp_path: Path,
+) -> None:
+    run = evaluated(tmp_path / "run", [unsteady(tmp_path, False), "bug1"])
+    told = "Unsteady: says that its rows need not be the same another time"
+    assert told in str(beacon_mj.load_results(run).table())
+    assert told in beacon_mj.write_report(run, replay=False).read_text()
+    found = beacon_mj.verify(run, workers=1, rerun=True, trust_code=True)
+    assert found.ok, found.problems
+    assert "of Unsteady only the rates" in found.checks[-1].note
+    better = [
+        msgspec.structs.replace(row, success=True, clean_success=True, scene_index=k)
+        for k in range(40)
+        for row in load_rows(run)[:1]
+    ]
+    assert not all(each.consistent for each in rate_results(better, load_rows(run)))
+
+
+def test_a_planner_that_does_not_say_so_must_repeat(tmp_path: Path) -> None:
+    run = evaluated(tmp_path / "run", [unsteady(tmp_path, True)])
+    assert "planner" in failing(run, rerun=True, trust_code=True)
+    # Nor does it help that its record says so.
+    stored = json.loads((run / "config.json").read_text())
+    stored["planners"][0]["bit_reproducible"] = False
+    (run / "config.json").write_text(json.dumps(stored))
+    assert "planner" in failing(run, rerun=True, trust_code=True)
+
+
+@pytest.mark.parametrize("says", [True, False])
+def test_the_check_of_planners_asks_for_what_a_planner_promises(
+    tmp_path: Path, says: bool
+) -> None:
+    cls = beacon_mj.load_planner(unsteady(tmp_path, says))[1]
+    if not says:
+        beacon_mj.check_planner(cls)
+        return
+    with pytest.raises(PlannerError, match="the same commands after the same task"):
+        beacon_mj.check_planner(cls)
+
+
+def test_a_planner_that_knows_the_scenes_of_its_seed_fails_fresh(
+    tmp_path: Path,
+) -> None:
+    """It isolates well, its logs prove their rows, and it gives its commands again."""
+    found = beacon_mj.evaluate(
+        ["clairvoyant"], families=["sparse"], scenes_per_family=6, workers=1,
+        out=tmp_path / "told",
+    )  # fmt: skip
+    commands = {}
+    for row in found.episodes:
+        trace = beacon_mj.read_trace(
+            found.log("clairvoyant", "sparse", row.scene_index)
+        )
+        key = (*trace.scene.start_m, *trace.scene.goal_m)
+        commands[key] = [s.command.velocity_mps.tolist() for s in trace.steps]
+    (tmp_path / "knows.py").write_text(
+        "from beacon_mj.interface import Command\n"
+        "from beacon_mj.planners.base import Planner\n"
+        f"COMMANDS = {commands!r}\n"
+        "class Knows(Planner):\n"
+        "    def reset(self, task):\n"
+        "        key = (*task.start_m.tolist(), *task.goal_m.tolist())\n"
+        "        self.left = iter(COMMANDS.get(key, ()))\n"
+        "    def act(self, observation):\n"
+        "        return Command(velocity_mps=next(self.left, (0.0, 0.0)))\n"
+    )
+    run = tmp_path / "run"
+    results = beacon_mj.evaluate(
+        [f"{tmp_path / 'knows.py'}:Knows"], families=["sparse"], scenes_per_family=6,
+        settings={"protocol.max_steps": 150}, workers=1, out=run,
+    )  # fmt: skip
+    assert all(row.success for row in results.episodes)
+    fresh = {"fresh_seed": 4000, "trust_code": True}
+    assert failing(run, rerun=True, **fresh) == {"fresh"}
 
 
 def test_an_empty_world_under_a_certified_name_fails_scenes(tmp_path: Path) -> None:

@@ -35,6 +35,20 @@ def group(leader: int) -> list[str]:
     ]
 
 
+@pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="Linux has it")
+def test_cores_are_those_that_the_process_may_use() -> None:
+    code = (
+        "import os; os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})\n"
+        "from beacon_mj.eval.runs.worker_process import usable_cores\n"
+        "print(usable_cores())"
+    )
+    environment = os.environ | {"PYTHONPATH": str(REPOSITORY)}
+    done = subprocess.run(
+        [sys.executable, "-c", code], env=environment, capture_output=True, text=True
+    )
+    assert done.stdout == "1\n", done.stderr
+
+
 @pytest.mark.parametrize("planner", ["Hangs", "Harmless"])
 def test_workers_of_a_killed_run_end(planner: str, tmp_path: Path) -> None:
     """Those that are inside a decision as well as those that are between two."""

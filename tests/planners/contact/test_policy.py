@@ -1,21 +1,32 @@
 """A push policy of one's own: what it must define, what it gets, and the docs' own."""
 
+import functools
 import re
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from beacon_mj import cli
 from beacon_mj.episode.conformance import check_planner
-from beacon_mj.episode.run import run_episode
+from beacon_mj.episode.protocol import Protocol
+from beacon_mj.episode.run import make_task, run_episode
 from beacon_mj.errors import PlannerError
 from beacon_mj.eval.runs.run_folder import load_rows
-from beacon_mj.interface import Observation, SensedObstacle
+from beacon_mj.interface import (
+    Evidence,
+    Observation,
+    PushEvidence,
+    SensedObstacle,
+    Task,
+)
 from beacon_mj.motion.detour import FreeRoute
 from beacon_mj.planners.base import NoConfig, Planner
 from beacon_mj.planners.beacon import Beacon, BeaconConfig, BeaconPolicy
 from beacon_mj.planners.beacon_voi import BeaconVoi, BeaconVoiPolicy
+from beacon_mj.planners.contact.belief_settings import BeliefSettings
 from beacon_mj.planners.contact.candidates import PushPlan
 from beacon_mj.planners.contact.decision import Decision, decide_in_turn
 from beacon_mj.planners.contact.limits import PushLimits
@@ -60,6 +71,56 @@ class Never(PushPolicy):
 
     def limits(self, observation: Observation, plan: PushPlan) -> PushLimits:
         raise AssertionError("Nothing is pushed.")
+
+
+@functools.cache
+def task() -> Task:
+    return make_task(generate_scene("sparse", SEED), Protocol(), seed=1)
+
+
+def told_today(
+    force_noise: float, yesterday: PushEvidence, today: PushEvidence
+) -> bool:
+    """Return whether a policy takes a push for a sign that the room changed."""
+    sheet = replace(task().sensor, force_noise=force_noise)
+    policy = BeaconPolicy(BeaconConfig(belief=BeliefSettings(overnight="belief")))
+    policy.reset(replace(task(), sensor=sheet))
+    policy.beliefs._bound(yesterday)
+    policy.next_day(policy.task)
+    return policy.contradicts(today)
+
+
+def pushes(first_n: float, then_n: float, first: Evidence) -> list[PushEvidence]:
+    """Return a push of yesterday, and one of today that ended otherwise."""
+    then: Evidence = "moved" if first == "not_moved" else "not_moved"
+    return [
+        PushEvidence("a", first, first_n, 1.0),
+        PushEvidence("a", then, then_n, 1.0),
+    ]
+
+
+def test_a_repeated_push_is_no_changed_room_by_noise_alone() -> None:
+    rng, noise, breaks_away_n = np.random.default_rng(0), 0.1, 20.0
+    gains = (1.0 + noise * rng.standard_normal((300, 2))).tolist()
+    noisy = exact = 0
+    for a, b in gains:
+        held_n, moved_n = 0.97 * breaks_away_n, breaks_away_n
+        for pair in (
+            pushes(a * held_n, b * moved_n, "not_moved"),
+            pushes(a * moved_n, b * held_n, "moved"),
+        ):
+            noisy += told_today(noise, *pair)
+            exact += told_today(0.0, *pair)
+    assert exact > 180  # Taken for exact, two in five mislead.
+    assert noisy == 0
+
+
+@pytest.mark.parametrize(("noise", "change"), [(0.0, 1.001), (0.1, 2.0)])
+def test_a_changed_room_is_told_all_the_same(noise: float, change: float) -> None:
+    assert told_today(noise, *pushes(10.0, change * 10.0, "moved"))
+    assert told_today(noise, *pushes(10.0, 10.0 / change, "not_moved"))
+    assert not told_today(noise, *pushes(10.0, 9.999, "moved"))
+    assert not told_today(noise, *pushes(10.0, 10.0, "not_moved"))
 
 
 class Shy(ContactPlanner):
