@@ -96,6 +96,7 @@ def _planner(**changes: object) -> bytes:
     return text_of(config)
 
 
+DEEP = b'"x": ' + b"[" * 50_000 + b"]" * 50_000
 #: Inputs that once ended in a traceback, or took all memory.
 FOUND: dict[str, Callable[[], Input]] = {
     "index that no table holds": lambda: Input(
@@ -124,7 +125,6 @@ FOUND: dict[str, Callable[[], Input]] = {
         "config.json", _planner(home="HOME").replace(b"HOME", b"\xff\xfe")
     ),
 }
-DEEP = b'"x": ' + b"[" * 50_000 + b"]" * 50_000
 
 
 @pytest.mark.parametrize("name", FOUND)

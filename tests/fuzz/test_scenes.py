@@ -10,6 +10,7 @@ from random import Random
 from typing import Any, NamedTuple
 
 import msgspec
+import pytest
 
 from beacon_mj.episode.protocol import Protocol
 from beacon_mj.episode.run import run_episode
@@ -17,7 +18,7 @@ from beacon_mj.errors import SceneError
 from beacon_mj.fidelity.benches import bench, block, obstacle
 from beacon_mj.planners.push_through import PushThrough
 from beacon_mj.recording import Recorder, verify
-from beacon_mj.scene import Scene, shapes
+from beacon_mj.scene import Obstacle, Scene, shapes
 from beacon_mj.scene.checks import check_scene
 from beacon_mj.scene.files import load_scene, parse_scene
 from beacon_mj.scene_gen.generate import generate_scene
@@ -192,8 +193,16 @@ def _as_python_would(tree: Any) -> Scene:
     """Return a scene from structs that nothing has checked."""
     base = msgspec.json.decode(text_of(bases()[0]), type=Scene)
     try:
-        found = msgspec.convert(tree["obstacles"], type(base.obstacles))
+        found = msgspec.convert(tree["obstacles"], tuple[Obstacle, ...])
     except msgspec.ValidationError as error:
         raise SceneError(str(error)) from error
     goal = tuple(tree["goal_m"])
     return msgspec.structs.replace(base, obstacles=found, goal_m=goal)
+
+
+def test_plain_data_in_place_of_a_record_is_refused() -> None:
+    """It would be stored as the record is, and then not be one."""
+    scene = bench(block("crate"))
+    plain: Any = tuple(msgspec.to_builtins(scene.obstacles))
+    with pytest.raises(SceneError, match=r"scene\.obstacles\[0\] was"):
+        check_scene(msgspec.structs.replace(scene, obstacles=plain))
