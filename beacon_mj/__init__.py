@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from beacon_mj.episode.run import run_episode as run_episode
     from beacon_mj.episode.trace import Trace as Trace
     from beacon_mj.errors import BeaconError as BeaconError
+    from beacon_mj.eval.api.bench import bench as bench
     from beacon_mj.eval.api.comparison import compare as compare
     from beacon_mj.eval.api.evaluation import evaluate as evaluate
     from beacon_mj.eval.api.evaluation import merge as merge
@@ -93,6 +94,7 @@ _HOME = {
     "Trace": "beacon_mj.episode.trace",
     "World": "beacon_mj.world",
     "ablate": "beacon_mj.eval.api.studies",
+    "bench": "beacon_mj.eval.api.bench",
     "bundle": "beacon_mj.eval.api.verification",
     "certify": "beacon_mj.eval.api.studies",
     "check_planner": "beacon_mj.episode.conformance",

@@ -81,6 +81,10 @@ COMMANDS = {
         "beacon_mj.cli.machine:fidelity",
         "Compare the physics with closed forms.",
     ),
+    "bench": (
+        "beacon_mj.cli.bench:bench",
+        "Measure what episodes cost on this machine.",
+    ),
     "doctor": ("beacon_mj.cli.machine:doctor", "Say what this machine is missing."),
 }
 LOG_HELP = "Recover a log, describe it, or lay it out in a viewer."

@@ -27,13 +27,13 @@ from beacon_mj.world import World
 DIGITS = 4  #: Of probabilities that are looked at; `/belief` has them whole.
 PLAN_RGBA = (0.1, 0.45, 0.85, 1.0)  #: Colour of the planned path in the layouts.
 TEXT_RGBA = (0.1, 0.1, 0.15, 1.0)
-NAME_M, LEGEND_M = 0.09, 0.11  #: Heights of letters [m].
-BALL_M = 0.1  #: Diameter of the ball that shows a belief [m].
+NAME_M, LEGEND_M = 0.12, 0.14  #: Heights of letters [m].
+BALL_M = 0.14  #: Diameter of the ball that shows a belief [m].
 _UPRIGHT = (1.0, 0.0, 0.0, 0.0)
 #: Places of ball and name over an obstacle's top [m].
-_BALL_OVER_M, _NAME_OVER_M = 0.08, 0.2
+_BALL_OVER_M, _NAME_OVER_M = 0.1, 0.25
 #: Where the legend's signs and words stand, south of the room [m].
-_SIGNS_M, _WORDS_M = -0.35, -0.55
+_SIGNS_M, _WORDS_M = -0.32, -0.52
 
 
 def labels(world: World) -> Any:
@@ -54,7 +54,7 @@ class BeliefPicture:
         """Begin with no belief."""
         self._tops_m = {o.id: 0.5 * o.shape.height_m for o in scene.obstacles}
         self._colours = [surface.rgba[:3] for surface in scene.surfaces]
-        self._shown: dict[str, tuple[Probabilities, int]] = {}
+        self._shown: dict[str, tuple[Probabilities, Any]] = {}
 
     def update(self, beliefs: Mapping[str, Probabilities], time_ns: int) -> Any:
         """Return all beliefs as a picture; what is no longer believed is taken away."""
@@ -63,20 +63,20 @@ class BeliefPicture:
             stamp(update.deletions.add(id=name).timestamp, time_ns)
             del self._shown[name]
         for name, belief in beliefs.items():
-            if self._shown.get(name, ((), 0))[0] != belief:
-                self._shown[name] = belief, time_ns
-            self._ball(update, name, belief, self._shown[name][1])
+            shown = self._shown.get(name)
+            if shown is None or shown[0] != belief:
+                shown = self._shown[name] = belief, self._ball(name, belief, time_ns)
+            update.entities.append(shown[1])
         return update
 
-    def _ball(
-        self, update: Any, name: str, belief: Probabilities, since_ns: int
-    ) -> None:
-        """Add one ball; a click on it shows the probabilities."""
-        entity = new_entity(update, name, name, since_ns)
+    def _ball(self, name: str, belief: Probabilities, time_ns: int) -> Any:
+        """Return one ball; a click on it shows the probabilities."""
+        entity = new_entity(message("foxglove.SceneUpdate")(), name, name, time_ns)
         for key, value in zip(CLASSES, belief, strict=True):
             entity.metadata.add(key=key, value=f"{value:.{DIGITS}f}")
         place = 0.0, 0.0, self._tops_m[name] + _BALL_OVER_M
         _add_ball(entity, place, (*_mixed(belief, self._colours), 1.0))
+        return entity
 
 
 def rounded_belief(beliefs: Mapping[str, Probabilities]) -> Any:

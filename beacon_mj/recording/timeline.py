@@ -25,6 +25,7 @@ class Timeline:
     def __init__(self) -> None:
         """Begin with nothing."""
         self.state: Any = None
+        self._values: tuple[str, str, str] | None = None
         self._evidence, self._until_ns = NOTHING, 0
 
     def pushed(self, attempt: AttemptEnd, time_ns: int) -> None:
@@ -33,13 +34,11 @@ class Timeline:
 
     def decided(self, info: PlannerInfo, time_ns: int) -> Any | None:
         """Return the state from now on, None if it is the same as before."""
-        told = time_ns < self._until_ns
-        state = message("beacon_mj.Timeline")(
-            action=info.action,
-            target=info.target or NOTHING,
-            push=self._evidence if told else NOTHING,
-        )
-        if state == self.state:
+        push = self._evidence if time_ns < self._until_ns else NOTHING
+        target = info.target or NOTHING
+        if (info.action, target, push) == self._values:
             return None
-        self.state = state
-        return state
+        self._values = info.action, target, push
+        kind = message("beacon_mj.Timeline")
+        self.state = kind(action=info.action, target=target, push=push)
+        return self.state

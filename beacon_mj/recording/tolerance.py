@@ -1,8 +1,9 @@
 """Verifying a log of another kind of machine, where the last bits may differ.
 
 States are simulated again and compared within a tolerance. How the episode ended is
-compared exactly, and so is the row: it is computed from the states in the log, whose
-bits are there.
+compared exactly. The row must be that of the log's own states, whose bits are there;
+and that of the simulation within a tolerance, or else a log could say of its forces
+what it likes by naming another machine.
 """
 
 from collections.abc import Callable, Mapping
@@ -17,6 +18,9 @@ from beacon_mj.recording.reader import Log
 
 #: How far the robot may be from where the log has it, at every step [m].
 TOLERANCE_M = 1e-4
+#: How far numbers of a row may be from those of the simulation: relative, and least
+#: [the column's unit].
+ROW_RELATIVE, ROW_LEAST = 1e-3, 1e-4
 
 
 def state_problem(
@@ -55,16 +59,35 @@ def state_problem(
                 f"{log.path}: step {number}: {broken[0]} break in the log but "
                 f"{broken[1]} in the simulation."
             )
-    return None if row is None else _row_problem(log, row(logged))
+    if row is None:
+        return None
+    return _row_problem(
+        log, row(logged), "its own states give", _equal
+    ) or _row_problem(log, row(again), "the simulation gives", _near)
 
 
-def _row_problem(log: Log, row: Mapping[str, Any]) -> str | None:
+def _row_problem(
+    log: Log,
+    row: Mapping[str, Any],
+    whose: str,
+    same: Callable[[object, object], bool],
+) -> str | None:
+    """Say in which column a log's row is not the same as another, or return None."""
     stored = log.row or {}
     ours = msgspec.json.decode(provenance.to_json(provenance.stable_row(row)))
     for name in dict.fromkeys([*stored, *ours]):
-        if stored.get(name) != ours.get(name):
-            return (
-                f"{log.path}: row.{name} is {stored.get(name)!r} but its own states "
-                f"give {ours.get(name)!r}."
-            )
+        there, here = stored.get(name), ours.get(name)
+        if not same(there, here):
+            return f"{log.path}: row.{name} is {there!r} but {whose} {here!r}."
     return None
+
+
+def _equal(there: object, here: object) -> bool:
+    return there == here
+
+
+def _near(there: object, here: object) -> bool:
+    """Whether two values of a column may be of one episode on two machines."""
+    if isinstance(there, float) and isinstance(here, float | int):
+        return abs(there - here) <= ROW_LEAST + ROW_RELATIVE * abs(here)
+    return there == here

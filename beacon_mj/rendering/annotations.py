@@ -1,4 +1,4 @@
-"""What is drawn into a scene beside the world: way, path, forces, true classes."""
+"""What is drawn into a scene beside the world: way, path, forces, classes, scale."""
 
 from itertools import pairwise
 
@@ -15,6 +15,7 @@ PATH_RGBA = (0.1, 0.45, 0.85, 0.9)
 TRAIL_RGBA = (0.1, 0.12, 0.2, 0.75)
 ARROW_RGBA = (0.85, 0.05, 0.05, 1.0)
 LABEL_RGBA = (0.05, 0.05, 0.1, 1.0)
+CROSS_RGBA = (1.0, 1.0, 1.0, 1.0)  #: Of the cross on what is broken.
 ARROW_M_PER_N = 0.015  #: Length of a contact arrow per newton.
 ARROW_MIN_N = 1.0  #: Smallest contact force that is drawn [N].
 
@@ -29,6 +30,7 @@ class Marks:
         obstacles = trace.scene.obstacles
         self._trace, self._paint = trace, Paint(trace)
         self._tops = np.array([o.shape.height_m for o in obstacles])
+        self._reaches = [cross_reach(o) for o in obstacles]
         self._bodies = [model.body(o.id).id for o in obstacles]
         self._ids = {o.id: i for i, o in enumerate(obstacles)}
         self._kinds = [shown_kind(o) for o in obstacles]
@@ -39,6 +41,8 @@ class Marks:
     def draw(self, scene: mujoco.MjvScene, data: mujoco.MjData, step: int) -> None:
         """Add the marks of the state after `step`, which `data` is in, to a scene."""
         self._mark_truth(scene, data)
+        self._mark_broken(scene, data, step)
+        self._draw_scale(scene)
         _polyline(scene, self._positions[: step + 1], 0.012, TRAIL_RGBA)
         record = self._paint.decision(step)
         if record is not None and record.command.info.path_m is not None:
@@ -60,6 +64,27 @@ class Marks:
             if (kind := self._kinds[i]) is not None:
                 _label(scene, place + np.array((0.0, 0.0, 0.1)), kind)
 
+    def _mark_broken(
+        self, scene: mujoco.MjvScene, data: mujoco.MjData, step: int
+    ) -> None:
+        """Put a cross on what is broken: colour alone would look like a belief."""
+        for i in self._paint.broken(step):
+            x, y, z = data.xpos[self._bodies[i]]
+            for start, end in cross((x, y), self._reaches[i]):
+                top = z + 0.5 * self._tops[i] + 0.02
+                a, b = np.array([*start, top]), np.array([*end, top])
+                _connect(scene, mujoco.mjtGeom.mjGEOM_CAPSULE, 0.02, a, b, CROSS_RGBA)
+
+    def _draw_scale(self, scene: mujoco.MjvScene) -> None:
+        """Lay a bar of a known length on the floor, north of the arena."""
+        west, _, _, north = self._trace.scene.workspace_m
+        length = scale_m(self._trace.scene.workspace_m)
+        y = north + 0.35 * length
+        ends = np.array([[west, y], [west + length, y]])
+        _polyline(scene, ends, 0.03 * length, LABEL_RGBA)
+        place = np.array([west + 1.1 * length, y, 0.1 * length])
+        _label(scene, place, f"{length:g} m")
+
     def _draw_contacts(self, scene: mujoco.MjvScene, step: int) -> None:
         """Draw the forces on obstacles, above them so that nothing hides them."""
         for contact in self._trace.steps[step - 1].outcome.contacts if step else ():
@@ -78,6 +103,28 @@ def shown_kind(obstacle: Obstacle) -> str | None:
     """Return the label of an obstacle in pictures: its kind, but for walls."""
     kind = obstacle.perceived.kind
     return None if kind == WALL_KIND else kind
+
+
+def cross_reach(obstacle: Obstacle) -> float:
+    """Return how far the arms of a cross on an obstacle reach [m]."""
+    return float(0.6 * np.sqrt(obstacle.footprint.polygon().area / np.pi))
+
+
+def cross(
+    centre: tuple[float, float], reach: float
+) -> list[tuple[tuple[float, float], tuple[float, float]]]:
+    """Return the two lines of a cross, each from end to end [m]."""
+    x, y = centre
+    return [
+        ((x - reach, y - reach), (x + reach, y + reach)),
+        ((x - reach, y + reach), (x + reach, y - reach)),
+    ]
+
+
+def scale_m(workspace_m: tuple[float, float, float, float]) -> float:
+    """Return the length of a scale bar: 0.5, 1, 2, 5 or 10 m, a fifth at most."""
+    width = workspace_m[2] - workspace_m[0]
+    return max(n for n in (0.5, 1.0, 2.0, 5.0, 10.0) if n == 0.5 or 5.0 * n <= width)
 
 
 def _label(scene: mujoco.MjvScene, place: Array, text: str) -> None:

@@ -14,6 +14,20 @@ def describe(trace: Trace, step: int) -> list[str]:
     return [printable(line) for line in _lines(trace, step)]
 
 
+def summary(trace: Trace) -> str:
+    """Return an episode in a line: scene, planner, how it ended, steps and time."""
+    outcome = (trace.outcome or "unfinished").replace("_", " ")
+    steps = len(trace.steps)
+    time_s = trace.steps[-1].outcome.time_s if steps else 0.0
+    line = f"{trace.scene.name}, {trace.planner}: {outcome}, {steps} steps"
+    return printable(f"{line}, {time_s:.1f} s")
+
+
+def decision(record: StepRecord) -> str:
+    """Return what a planner decided and why, in one line of at most 100 characters."""
+    return printable(_decision(record))
+
+
 def _lines(trace: Trace, step: int) -> list[str]:
     record = trace.steps[step - 1] if step else None
     time_s = 0.0 if record is None else record.outcome.time_s
@@ -82,7 +96,8 @@ def events(record: StepRecord) -> list[str]:
         *(f"BROKE {d.obstacle} at {d.force_n:.1f} N" for d in outcome.damages),
         *(f"TOPPLED {name}" for name in outcome.toppled),
         *(
-            f"push: {a.obstacle} {a.evidence} at {a.force_n:.1f} N"
+            f"push: {a.obstacle} {a.evidence.replace('_', ' ')} at {a.force_n:.1f} N"
             for a in outcome.attempts
+            if a.evidence != "broken"  # Told as damage.
         ),
     ]

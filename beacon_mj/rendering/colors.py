@@ -55,6 +55,11 @@ class Paint:
                 out[i] = (1.0 - PALE) * truth + PALE
         return out
 
+    def broken(self, step: int) -> list[int]:
+        """Return the indices of the obstacles that are broken after `step`."""
+        broken = self._history[step][1]
+        return [i for i, name in enumerate(self._names) if name in broken]
+
     def _sensed_and_broken(self) -> Iterator[tuple[frozenset[str], frozenset[str]]]:
         """Yield what had been sensed and broken at the start and after each step."""
         left = self._trace.left

@@ -23,9 +23,17 @@ from beacon_mj.geometry import Array
 from beacon_mj.recording.encoding import split_path
 from beacon_mj.recording.reader import Log, log_of
 from beacon_mj.recording.rebuild import rebuild_trace
-from beacon_mj.rendering.annotations import ARROW_M_PER_N, ARROW_MIN_N, shown_kind
+from beacon_mj.rendering.annotations import (
+    ARROW_M_PER_N,
+    ARROW_MIN_N,
+    cross,
+    cross_reach,
+    scale_m,
+    shown_kind,
+)
 from beacon_mj.rendering.captions import describe
 from beacon_mj.rendering.colors import Paint
+from beacon_mj.rendering.legend import entries, html_legend
 from beacon_mj.scene import Obstacle
 from beacon_mj.scene_gen.mjcf import scene_mjcf
 
@@ -42,22 +50,24 @@ POLICY = (
 )
 POLICY_TAG = f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">'
 WAY_RGB, PATH_RGB, ARROW_RGB = (40, 46, 70), (26, 115, 217), (217, 26, 26)
+CROSS_RGB = (255, 255, 255)
 
 
-def render_page(log: Log | str | Path, out: str | Path, *, speed: float = 2.0) -> Path:
+def render_page(log: Log | str | Path, out: str | Path) -> Path:
     """Write a log as one self-contained HTML file.
+
+    Its clock shows simulated seconds; how fast they pass is chosen in the page.
 
     Args:
         log: A log, or the path of one, finished or not.
         out: The page; written whole or not at all.
-        speed: Simulated seconds per second of replay, > 0.
 
     Raises:
         LogError: If the log cannot be read.
     """
     log = log_of(log)
     with _server() as server, replacing(Path(out)) as part:
-        part.write_text(_Page(server, log).html(speed), encoding="utf-8")
+        part.write_text(_Page(server, log).html(), encoding="utf-8")
     return Path(out)
 
 
@@ -90,18 +100,22 @@ class _Page:
         self._forces = False
         self._build()
 
-    def html(self, speed: float) -> str:
+    def html(self) -> str:
         """Return the page."""
         self._show(0)
         recording = self._serializer()
-        pause = self._log.scene.robot.control_period_s / speed
+        period_s = self._log.scene.robot.control_period_s
         for step in range(1, self._log.steps + 1):
-            recording.insert_sleep(pause)
+            recording.insert_sleep(period_s)
             self._show(step)
         recording.insert_sleep(HOLD_S)
         title = escape(printable(f"{self._log.scene.name}, {self._log.planner}"))
         head = f"<head>{POLICY_TAG}<title>{title}</title>"
-        return str(recording.as_html()).replace("<head>", head, 1)
+        page = str(recording.as_html()).replace("<head>", head, 1)
+        # The last one: the client's own script has another in a text.
+        start, _, end = page.rpartition("</body>")
+        shown = html_legend(entries(self._log.scene, dots=False))
+        return f"{start}{shown}</body>{end}"
 
     def _build(self) -> None:
         """Add everything that is there from start to end."""
@@ -135,6 +149,9 @@ class _Page:
         }
         self._way = self._add_way()
         self._meshes = [self._mesh(o) for o in scene.obstacles]
+        broken = self._paint.broken(self._log.steps)
+        self._crosses = {i: self._add_cross(i) for i in broken}
+        self._add_scale()
         north_west = (west, north + 0.15, 0.3)
         self._text = self._scene.add_label(
             "/text", "", position=north_west, anchor="bottom-left"
@@ -168,11 +185,42 @@ class _Page:
             handle.wxyz = self._data.xquat[body]
         for handle, colour in zip(self._meshes, self._paint.colours(step), strict=True):
             handle.color = tuple((255.0 * colour).astype(int).tolist())
+        for i in self._paint.broken(step):
+            self._crosses[i].position = self._meshes[i].position
+            self._crosses[i].visible = True
         self._text.text = "\n".join(filter(None, describe(self._trace, step)))
         if step in self._way:
             self._way[step].visible = True
         self._draw_path(step)
         self._draw_forces(step)
+
+    def _add_cross(self, i: int) -> Any:
+        """Add the cross of an obstacle that breaks, hidden; see `_add_way`."""
+        obstacle = self._log.scene.obstacles[i]
+        lines = np.array(cross((0.0, 0.0), cross_reach(obstacle)))
+        top = np.full((2, 2, 1), 0.5 * obstacle.shape.height_m + LIFT_M)
+        return self._scene.add_line_segments(
+            f"/broken/{obstacle.id}",
+            np.concatenate([lines, top], axis=2),
+            CROSS_RGB,
+            thickness=0.05,
+            visible=False,
+        )
+
+    def _add_scale(self) -> None:
+        """Lay a bar of a known length on the floor."""
+        west, south, *_ = self._log.scene.workspace_m
+        length = scale_m(self._log.scene.workspace_m)
+        y = south - 0.35 * length
+        bar = _lifted(np.array([[west, y], [west + length, y]]))[None]
+        self._scene.add_line_segments("/scale/bar", bar, WAY_RGB, thickness=0.06)
+        place = (west + 1.1 * length, y, LIFT_M)
+        self._scene.add_label(
+            "/scale/text",
+            f"{length:g} m",
+            position=place,
+            anchor="center-left",
+        )
 
     def _add_way(self) -> dict[int, Any]:
         """Add the way travelled as hidden pieces; return each with its last step.

@@ -30,7 +30,7 @@ class Playback:
         self._model = mujoco.MjModel.from_xml_string(scene_mjcf(scene))
         self._data = mujoco.MjData(self._model)
         self._canvas = Canvas(self._model, width, height)
-        self._camera = camera_over(scene.workspace_m)
+        self._camera = camera_over(scene.workspace_m, width / height)
         self._number = {
             self._model.body(o.id).id: i for i, o in enumerate(scene.obstacles)
         }

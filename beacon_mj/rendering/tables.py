@@ -2,11 +2,14 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
+from copy import copy
+from dataclasses import replace
 from io import StringIO
 from typing import Any, TypeVar, overload
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Console, ConsoleOptions, RenderableType, RenderResult
+from rich.measure import Measurement
 from rich.table import Table
 from rich.text import Text
 
@@ -22,8 +25,45 @@ def plain(text: str) -> Text:
     return Text(printable(text))
 
 
+class Prose(str):
+    """A text that is wrapped between words where it is wider than what shows it."""
+
+
 class PlainTable(Table):
-    """A table whose texts are shown as they are; see `plain`."""
+    """A table whose texts are shown as they are; see `plain`.
+
+    Attributes:
+        spare: Columns that are left out where the table is too wide, in that order; a
+            line below it names them.
+    """
+
+    spare: Sequence[str] = ()
+
+    def __rich_console__(
+        self, console: Console, options: ConsoleOptions
+    ) -> RenderResult:
+        """Yield the table, without spare columns that it has no room for."""
+        fitting, out = self, list[str]()
+        for name in self.spare:
+            if fitting._needs(console, options) <= options.max_width:
+                break
+            fitting = fitting._without(name)
+            out.append(" ".join(name.replace("-\n", "").split()))
+        yield from Table.__rich_console__(fitting, console, options)
+        if out:
+            yield plain(f"no room for: {', '.join(out)}")
+
+    def _needs(self, console: Console, options: ConsoleOptions) -> int:
+        """Return the width at which no cell is wrapped or cut off, in characters."""
+        endless = options.update(max_width=10_000)
+        return Measurement.get(console, endless, self).maximum
+
+    def _without(self, name: str) -> "PlainTable":
+        """Return the table without a column."""
+        out = copy(self)
+        kept = [c for c in self.columns if str(c.header) != name]
+        out.columns = [replace(c, _index=i) for i, c in enumerate(kept)]
+        return out
 
     def add_column(
         self, header: RenderableType = "", *args: Any, **options: Any
@@ -92,22 +132,23 @@ class Listing(Tabular, Sequence[T]):
 
 
 def write(console: Console, result: Tabular) -> None:
-    """Write a result to a console; a line of text, such as a path, is never cut."""
+    """Write a result to a console; a text, such as a path, is only cut if `Prose`."""
     for part in result.tables():
         if isinstance(part, str):
-            console.print(plain(part), soft_wrap=True)
+            console.print(plain(part), soft_wrap=not isinstance(part, Prose))
         else:
             console.print(part)
 
 
-def plain_table(title: str = "", **options: Any) -> Table:
+def plain_table(title: str = "", *, spare: Sequence[str] = (), **options: Any) -> Table:
     """Return an empty table in the style of all results, as wide as it needs.
 
     Args:
         title: What stands above it, as it is.
+        spare: Headings of columns that may be left out, the first one first.
         options: Further ones of rich's `Table`.
     """
-    return PlainTable(
+    table = PlainTable(
         title=plain(title) if title else None,
         title_justify="left",
         title_style="bold",
@@ -116,6 +157,8 @@ def plain_table(title: str = "", **options: Any) -> Table:
         padding=options.pop("padding", 0),
         **options,
     )
+    table.spare = tuple(spare)
+    return table
 
 
 def add_line(table: Table, *cells: str) -> None:

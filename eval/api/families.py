@@ -1,13 +1,12 @@
 """The list of scene families, suite by suite."""
 
-import textwrap
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from rich.table import Table
 
-from beacon_mj.rendering.tables import Listing, add_line, plain_table
+from beacon_mj.rendering.tables import Listing, Prose, add_line, plain_table
 from beacon_mj.scene_gen.family import Family, family_paths, load_family
 from beacon_mj.scene_gen.learning.rounds import default_scenes
 from beacon_mj.scene_gen.suites import (
@@ -18,9 +17,8 @@ from beacon_mj.scene_gen.suites import (
     suites_of,
 )
 
-WIDTH = 76  #: Of lines of names.
-LEGEND = (
-    "learning: what the best policy that learns by touch saves, in\n"
+LEGEND = Prose(
+    "learning: what the best policy that learns by touch saves, in "
     "expectation, over the best one that does not; promised for every scene.\n"
     "scenes: how many of a family an evaluation runs unless told otherwise."
 )
@@ -67,7 +65,7 @@ class Families(Listing[FamilyInfo]):
         for suite in suites:
             own = [each for each in self if each.suite == suite]
             parts += [_table(suite, own), ""]
-        return [*parts, LEGEND, "", _shapes(self), "", _files(self)]
+        return [*parts, LEGEND, "", _shapes(self), "", *_files(self)]
 
 
 def _table(suite: str | None, families: Iterable[FamilyInfo]) -> Table:
@@ -101,26 +99,18 @@ def _shapes(families: Iterable[FamilyInfo]) -> str:
     for each in families:
         found.setdefault(each.shapes, []).append(each.name)
     lines = [f"{', '.join(n)}: {', '.join(shapes)}" for shapes, n in found.items()]
-    return "\n".join(["Shapes of the obstacles:", *map(_filled, lines)])
+    return Prose("\n".join(["Shapes of the obstacles:", *lines]))
 
 
-def _files(families: Iterable[FamilyInfo]) -> str:
-    """Return the folders of the families' files; a path is never broken."""
+def _files(families: Iterable[FamilyInfo]) -> Iterator[str]:
+    """Yield the folders of the families' files, whole, and the files' names."""
     found: dict[Path, list[str]] = {}
     for each in families:
         found.setdefault(each.path.parent, []).append(each.path.name)
-    lines = ["Copy a file to make a family of your own (--templates):"]
+    yield Prose("Copy a file to make a family of your own (--templates):")
     for folder, names in found.items():
-        lines += [f"  {folder}/", _filled(" ".join(names), indent=4)]
-    return "\n".join(lines)
-
-
-def _filled(text: str, indent: int = 2) -> str:
-    first = " " * indent
-    return textwrap.fill(
-        text, WIDTH, initial_indent=first, subsequent_indent=first + "  ",
-        break_on_hyphens=False, break_long_words=False,
-    )  # fmt: skip
+        yield f"{folder}/"  # A path is never broken.
+        yield Prose(" ".join(names))
 
 
 def list_families(

@@ -10,7 +10,7 @@ from beacon_mj.errors import PlannerError
 from beacon_mj.eval.runs.overrides import flat
 from beacon_mj.planners.base import Planner
 from beacon_mj.planners.registry import ALIASES, load_planner, planner_names
-from beacon_mj.rendering.tables import Listing, Tabular, add_line, plain_table
+from beacon_mj.rendering.tables import Listing, Prose, Tabular, add_line, plain_table
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -80,7 +80,7 @@ class PlannerDescription(Tabular):
         for each in self.fields:
             name = f"{self.name}.{each.name}"
             add_line(table, name, settable(each.default), each.meaning)
-        return [self.text, table]
+        return [Prose(self.text), table]
 
 
 def list_planners() -> Planners:

@@ -7,7 +7,7 @@ from beacon_mj.eval.report.page import page_tables
 from beacon_mj.eval.statistics.results import Results
 
 _BASELINE = re.compile(r'<meta name="baseline" content="([^"]*)">')
-_TABLE = re.compile(r'<figure class="table">.*?</figure>', re.S)
+_TABLE = re.compile(r'<figure class="table(?: wide)?">.*?</figure>', re.S)
 
 
 def page_problem(page: str, run: Results) -> str | None:

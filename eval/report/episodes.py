@@ -1,7 +1,7 @@
 """Episodes worth looking at, and their drawings from the logs."""
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import NamedTuple
@@ -33,31 +33,59 @@ def log_of(run: Path, row: Row) -> Path:
     return log_file(run, row.planner, row.scene_name)
 
 
-def picks(run: Path, rows: Sequence[Row]) -> list[Pick]:
-    """Return a median path of each family, a failure, and a push, where logs are.
+def logged(run: Path, rows: Sequence[Row]) -> list[Row]:
+    """Return the rows whose episodes left a log, in order."""
+    return [row for row in rows if log_of(run, row).is_file()]
+
+
+def failures(run: Path, planners: Mapping[str, Sequence[Row]]) -> list[Pick]:
+    """Return the first logged failure of each planner that has one.
 
     Args:
         run: The run folder.
-        rows: Rows of the planner that is shown.
+        planners: The rows of each planner.
     """
-    logged = [(row, log) for row in rows if (log := log_of(run, row)).is_file()]
+    firsts = (
+        next((row for row in logged(run, rows) if not row.success), None)
+        for rows in planners.values()
+    )
+    return [Pick("a failure", r, log_of(run, r)) for r in firsts if r is not None]
+
+
+def picks(run: Path, rows: Sequence[Row], *, by_family: bool) -> list[Pick]:
+    """Return a planner's successes worth looking at, no episode twice.
+
+    A median is drawn only where every episode left a log: of a part of them it would be
+    the median of what was kept, such as the failures.
+
+    Args:
+        run: The run folder.
+        rows: Rows of the planner.
+        by_family: Whether each family has a median path, or all have one together.
+    """
+    found = logged(run, rows)
+    why: dict[tuple[str, str, int], list[str]] = {}
+    by_key = {row.key: row for row in found}
+    if len(found) == len(rows):
+        for row in _medians(found, by_family=by_family):
+            why.setdefault(row.key, []).append("median path")
+    if (pushing := push_of(found)) is not None:
+        why.setdefault(pushing.key, []).append("most obstacles moved")
     return [
-        Pick(why, row, log)
-        for why, row in _chosen([row for row, _ in logged])
-        for log in [log_of(run, row)]
+        Pick(" and ".join(reasons), by_key[key], log_of(run, by_key[key]))
+        for key, reasons in why.items()
     ]
 
 
-def _chosen(rows: Sequence[Row]) -> Iterator[tuple[str, Row]]:
-    for family in dict.fromkeys(row.family for row in rows):
-        solved = [row for row in rows if row.family == family and row.success]
-        if solved:
-            ordered = sorted(solved, key=lambda r: (r.path_length_m, r.scene_index))
-            yield "median path", ordered[(len(ordered) - 1) // 2]
-    if (pushing := push_of(rows)) is not None:
-        yield "most obstacles moved", pushing
-    if failed := [row for row in rows if not row.success]:
-        yield "a failure", failed[0]
+def _medians(rows: Sequence[Row], *, by_family: bool) -> Iterator[Row]:
+    """Yield the success of the median path length, of each family or of all."""
+    groups: dict[str, list[Row]] = {}
+    for row in rows:
+        if row.success:
+            groups.setdefault(row.family if by_family else "", []).append(row)
+    for own in groups.values():
+        own.sort(key=lambda r: (r.path_length_m, r.scene_index))
+        yield own[(len(own) - 1) // 2]
 
 
 def push_of(rows: Sequence[Row]) -> Row | None:
@@ -88,16 +116,28 @@ def replay(pick: Pick) -> Panel:
     return _drawn(pick.log, rendering.render_page, "page.html", caption)
 
 
-def reasons(rows: Sequence[Row], most: int = 8) -> list[tuple[str, str, int]]:
-    """Return (planner, why an episode was no success, how often), the commonest."""
-    why = Counter(
-        (row.planner, f"{row.outcome.replace('_', ' ')}: {row.detail}".rstrip(": "))
+def reasons(
+    planners: Mapping[str, Sequence[Row]], most: int = 3
+) -> list[tuple[str, str, int]]:
+    """Return (planner, why an episode was no success, how often) of every planner.
+
+    Args:
+        planners: The rows of each planner.
+        most: How many reasons of one planner, the commonest first.
+    """
+    return [
+        (name, why, n)
+        for name, rows in planners.items()
+        for why, n in sorted(_why(rows).items(), key=lambda i: (-i[1], i[0]))[:most]
+    ]
+
+
+def _why(rows: Sequence[Row]) -> Counter[str]:
+    return Counter(
+        f"{row.outcome.replace('_', ' ')}: {row.detail}".rstrip(": ")
         for row in rows
         if not row.success
     )
-    return [(*key, n) for key, n in sorted(why.items(), key=lambda i: (-i[1], i[0]))][
-        :most
-    ]
 
 
 def _drawn(

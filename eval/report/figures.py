@@ -47,12 +47,81 @@ _KNOWN = (
     "clairvoyant",
     "beacon-kinds",
 )
+#: Panels of the overview: their axes.
+OVERVIEW = (
+    "success (filled), clean (open) [%]",
+    "mean steps, all episodes",
+    "mean number of broken obstacles",
+)
 #: What the Pareto plots set against success: column, axis.
 PARETO = (
     ("path_length_m", "mean path [m], all episodes"),
     ("energy_j", "mean energy [J], all episodes"),
     ("obstacles_broken", "mean number of broken obstacles, all episodes"),
 )
+
+
+def overview(summary: dict[str, Any], *, wide: bool) -> str:
+    """Return what matters most of every planner: success, steps, and what broke.
+
+    Args:
+        summary: Tables of the run.
+        wide: Whether the panels stand side by side, or below each other.
+    """
+    cells = {name: own[OVERALL] for name, own in summary["tables"].items()}
+    names, told = [*cells], oracles_of(summary)
+    height = 0.9 + 0.27 * len(names)
+    across, down = (3, 1) if wide else (1, 3)
+    with mpl.rc_context({"font.size": 9 if wide else 10}):
+        size = (3.1 * across + 1.4, height * down)
+        figure = Figure(size, layout="constrained")
+        panels = figure.subplots(down, across, sharey=True, squeeze=False).ravel()
+    rates = ("success", "clean_success")
+    for axes, label in zip(panels, OVERVIEW, strict=True):
+        _frame(axes, label, "")
+        axes.grid(axis="y", visible=False)
+    for k, name in enumerate(names):
+        colour, marker = style(name, names)
+        own = cells[name]
+        for rate, face in zip(rates, (colour, "white"), strict=True):
+            found = {end: _times(100.0, own[rate][end]) for end in ("low", "high")}
+            found["mean"] = _times(100.0, own[rate]["rate"])
+            y = k - 0.13 if rate == "success" else k + 0.13
+            _dot(panels[0], found, y, colour, marker, face)
+        for axes, column in zip(panels[1:], ("steps", "obstacles_broken"), strict=True):
+            _dot(axes, own["mean"][column], k, colour, marker, colour)
+    panels[0].set_yticks(range(len(names)), [_label(name, told) for name in names])
+    panels[0].set_ylim(len(names) - 0.5, -0.5)
+    for axes in panels:
+        axes.margins(x=0.06)
+        not_below_zero(axes)
+        axes.tick_params(labelleft=axes is panels[0] or not wide)
+    return svg(figure)
+
+
+def not_below_zero(axes: Axes) -> None:
+    """Let the horizontal axis of what cannot be negative begin at 0, or above."""
+    low, high = axes.get_xlim()
+    if low < 0.0:
+        widest = max(high, 1.0) if low == -high else high
+        axes.set_xlim(-0.04 * widest, widest)
+
+
+def _times(factor: float, value: float | None) -> float | None:
+    return None if value is None else factor * value
+
+
+def _dot(
+    axes: Axes, found: Mapping[str, Any], y: float, colour: str, marker: str, face: str
+) -> None:
+    """Draw a value and its interval on a line of its own."""
+    if found["mean"] is None:
+        return
+    if found["low"] is not None:
+        axes.plot([found["low"], found["high"]], [y, y], color=colour, lw=1.2)
+    axes.plot(
+        [found["mean"]], [y], marker, color=colour, ms=6, mfc=face, mew=1.2,
+    )  # fmt: skip
 
 
 def pareto(summary: dict[str, Any], column: str, label: str) -> str:
@@ -83,7 +152,8 @@ def pareto(summary: dict[str, Any], column: str, label: str) -> str:
             [x], [y], xerr=across, yerr=up, fmt=marker, color=colour, ms=7, lw=1,
             label=_label(name, told), mec="white", mew=0.5,
         )  # fmt: skip
-    axes.set_ylim(-4, 104)
+    axes.margins(x=0.08, y=0.08)  # As far as differences reach, not from 0 to 100.
+    not_below_zero(axes)
     legend(figure, axes)
     return svg(figure)
 
@@ -158,7 +228,6 @@ def learning_curves(
             ls=_DASHES[k % len(_DASHES)], label=_label(name, told),
         )  # fmt: skip
     axes.set_xticks(range(1, 1 + max(missions[n][family]["days"] for n in names)))
-    axes.set_ylim(bottom=0.0)
     legend(figure, axes, columns=1 if max(map(len, names)) > 20 else 3)
     return svg(figure)
 
@@ -193,13 +262,18 @@ def panel(x: str, y: str) -> tuple[Figure, Axes]:
     with mpl.rc_context({"font.size": 9}):
         figure = Figure(figsize=SIZE_IN, layout="constrained")
         axes = figure.add_subplot()
+    _frame(axes, x, y)
+    return figure, axes
+
+
+def _frame(axes: Axes, x: str, y: str) -> None:
+    """Label a panel, and take away what is no data."""
     axes.set_xlabel(x, color=INK)
     axes.set_ylabel(y, color=INK)
     axes.grid(color="#eeeeee", lw=0.8)
     axes.set_axisbelow(True)
     for side in ("top", "right"):
         axes.spines[side].set_visible(False)
-    return figure, axes
 
 
 def legend(figure: Figure, axes: Axes, columns: int = 3) -> None:

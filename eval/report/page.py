@@ -15,7 +15,9 @@ from beacon_mj.eval.report.command import command_of
 from beacon_mj.eval.report.episodes import (
     Panel,
     Pick,
+    failures,
     log_of,
+    logged,
     panel,
     picks,
     push_of,
@@ -44,6 +46,7 @@ from beacon_mj.eval.studies.calibration import (
     reliability,
 )
 
+MOST_LOGS = 100  #: Of one planner, from which its calibration is read.
 FOCUS = "beacon"  #: Planner whose episodes are shown, if the run has it.
 
 
@@ -99,11 +102,13 @@ def render_report(
     summary = _summary(run)
     tell("paired differences")
     base, found = _compared(run, baseline)
-    made = _tables(summary, found)
-    focus = FOCUS if FOCUS in run.planners else next(iter(run.planners))
+    made = _tables(run, summary, found)
     tell("beliefs and episodes, from the logs")
-    chosen = picks(run.folder, run.planners[focus])
-    pages = _replay(run, chosen) if with_replay else None
+    failed = failures(run.folder, run.planners)
+    chosen = _chosen(run)
+    names = [*chosen, *run.planners]
+    focus = FOCUS if FOCUS in chosen else names[0]
+    pages = _replay([*chosen.get(focus, []), *failed]) if with_replay else None
     page: str = template().render(
         policy=_policy(pages),
         note=NOTE,
@@ -114,13 +119,18 @@ def render_report(
         differences=made.differences,
         left_out=max((c.left_out for c in found), default=0),
         outcomes=made.outcomes,
-        reasons=reasons(rows),
+        reasons=made.reasons,
         figures=_figures(summary, rows),
         missions=made.missions,
         beliefs=made.beliefs,
-        calibrations=[*_calibrations(run)],
+        calibrations=[*calibrations(run)],
         focus=focus,
-        panels=[_picture(panel(pick)) for pick in chosen],
+        failures=[_picture(panel(pick)) for pick in failed],
+        choices=[
+            {"planner": name, "panels": [_picture(panel(pick)) for pick in own]}
+            for name, own in chosen.items()
+        ],
+        unshown=_unshown(run),
         replay=pages,
     )
     return page
@@ -129,13 +139,14 @@ def render_report(
 def page_tables(run: Results, baseline: str | None = None) -> list[str]:
     """Return the tables of a run's page, as they stand in it; see `render_report`."""
     found = _compared(run, baseline)[1]
-    made = _tables(_summary(run), found)
+    made = _tables(run, _summary(run), found)
     macro = template("table.html.j2").module.table
     return [
         str(macro(each))
         for each in (
             *made.results,
             made.outcomes,
+            made.reasons,
             *made.differences,
             *(t for m in made.missions for t in (m.results, m.differences)),
             made.beliefs,
@@ -150,17 +161,21 @@ class _Tables(NamedTuple):
     results: list[tables.Table]
     differences: list[tables.Table]
     outcomes: tables.Table
+    reasons: tables.Table
     beliefs: tables.Table | None
     missions: list[Missions]
 
 
-def _tables(summary: dict[str, Any], found: Sequence[Comparison]) -> _Tables:
+def _tables(
+    run: Results, summary: dict[str, Any], found: Sequence[Comparison]
+) -> _Tables:
     families = dict.fromkeys(f for own in summary["tables"].values() for f in own)
     names = shown([*families])
     return _Tables(
         [tables.results(summary, name) for name in names],
         [tables.differences(found, name) for name in names],
         tables.outcomes(summary),
+        tables.reasons(reasons(run.planners)),
         tables.beliefs(summary),
         _missions(summary, found),
     )
@@ -247,8 +262,10 @@ def _suites(rows: Sequence[Row]) -> list[str]:
     return [NO_SUITE if suite is None else suite for suite in found]
 
 
-def _figures(summary: dict[str, Any], rows: Sequence[Row]) -> dict[str, list[Figure]]:
+def _figures(summary: dict[str, Any], rows: Sequence[Row]) -> dict[str, Any]:
     return {
+        "wide": _data(figures.overview(summary, wide=True)),
+        "narrow": _data(figures.overview(summary, wide=False)),
         "pareto": [
             Figure(
                 _data(figures.pareto(summary, column, label)), f"Success and {label}"
@@ -276,12 +293,23 @@ def _missions(summary: dict[str, Any], found: Sequence[Comparison]) -> list[Miss
     ]
 
 
-def _calibrations(run: Results) -> Iterable[Calibration]:
+def calibrations(run: Results) -> Iterable[Calibration]:
     """Yield what the logs say about the beliefs of every planner that reports any."""
     for name, rows in run.planners.items():
         if all(row.brier_prior is None for row in rows):
             continue
-        logs = [log for row in rows if (log := log_of(run.folder, row)).is_file()]
+        found = logged(run.folder, rows)
+        if 0 < len(found) < len(rows):
+            yield Calibration(
+                name,
+                None,
+                f"{len(found)} of {len(rows)} episodes left a log: those that did may "
+                "differ from the others.",
+            )
+            continue
+        # Evenly spaced: reading every log of a large run would take minutes.
+        some = found[:: max(1, -(-len(found) // MOST_LOGS))]
+        logs = [log_of(run.folder, row) for row in some]
         yield _calibration(name, read_beliefs(logs), len(rows))
 
 
@@ -311,7 +339,27 @@ def _picture(drawn: Panel) -> dict[str, str]:
     return {"source": source, "caption": drawn.caption, "problem": drawn.problem}
 
 
-def _replay(run: Results, chosen: Sequence[Pick]) -> dict[str, str] | None:
+def _chosen(run: Results) -> dict[str, list[Pick]]:
+    """Return what to show of the successes of each planner that left logs."""
+    alone = len(run.planners) == 1
+    found = {
+        name: picks(run.folder, rows, by_family=alone)
+        for name, rows in run.planners.items()
+    }
+    return {name: own for name, own in found.items() if own}
+
+
+def _unshown(run: Results) -> list[str]:
+    """Return what is said of planners whose episodes did not all leave a log."""
+    return [
+        f"{name}: {n} of {len(rows)} episodes left a log, so none is shown as the "
+        "median."
+        for name, rows in run.planners.items()
+        if 0 < (n := len(logged(run.folder, rows))) < len(rows)
+    ]
+
+
+def _replay(chosen: Sequence[Pick]) -> dict[str, str] | None:
     """Return the replay of the episode with most pushing, else of the first shown."""
     if not chosen:
         return None

@@ -37,6 +37,7 @@ class Table(NamedTuple):
     title: str
     headings: list[str]
     groups: list[Group]
+    prose: bool = False  #: Whether the last column is a text, which may be long.
 
 
 #: Columns of the tables of results: heading, entry of a summary's cell, digits.
@@ -173,6 +174,17 @@ def differences(
     told = [c.first for c in found if c.first_oracle]
     size = f"{max(sizes)} missions" if whole_missions else _scenes(max(sizes))
     return Table(f"{title(family)}, {size}", headings, grouped(lines, told))
+
+
+def reasons(found: Sequence[tuple[str, str, int]]) -> Table:
+    """Return why episodes were no success: planner, why, and how often."""
+    lines = [(name, [Number(str(n)), Number(why)]) for name, why, n in found]
+    return Table(
+        "Why episodes were no success, the commonest reasons of each planner",
+        ["episodes", "outcome and detail"],
+        [Group("", lines)] if lines else [],
+        prose=True,
+    )
 
 
 def grouped(

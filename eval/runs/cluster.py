@@ -36,6 +36,7 @@ from beacon_mj.planners.registry import whole_spec
 
 CONNECT_S = 10.0  #: Time within which scheduler and first worker must answer [s].
 DIED = "the worker process died while the planner ran"
+LOST = "the cluster's scheduler was lost; go on with --resume."
 
 
 def run_on_cluster(
@@ -150,7 +151,11 @@ def _stream(
 
     def feed() -> None:
         # Asked anew each time: workers may join and leave.
-        room = AHEAD * max(1, sum(client.ncores().values())) - len(held)
+        try:
+            cores = sum(client.ncores().values())
+        except (OSError, CancelledError) as error:
+            raise RunError(LOST) from error
+        room = AHEAD * max(1, cores) - len(held)
         for job in islice(waiting, max(0, room)):
             future = client.submit(work, job, pure=False)
             held[future] = job
@@ -165,9 +170,7 @@ def _stream(
         except distributed.KilledWorker:
             yield job, None
         except CancelledError as error:
-            raise RunError(
-                "the cluster's scheduler was lost; go on with --resume."
-            ) from error
+            raise RunError(LOST) from error
 
 
 def _alone(work: Callable[[Job], Attempt], job: Job, client: Any) -> Attempt | None:

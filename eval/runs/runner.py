@@ -86,7 +86,7 @@ def run_jobs(
     Raises:
         BeaconError: If a scene cannot be made or read.
     """
-    compile_kernels()
+    compile_kernels(entry.spec for entry in config.planners)
     work = partial(run_job, config, folder, handed)
     if workers == 1:
         for attempt in map(work, jobs):

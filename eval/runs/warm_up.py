@@ -6,22 +6,65 @@ somebody's first decision, which has a time limit.
 """
 
 import functools
+from collections.abc import Iterable
+
+import numpy as np
 
 from beacon_mj.episode.protocol import Protocol
 from beacon_mj.episode.run import run_episode
+from beacon_mj.episode.sealed import Sealer
+from beacon_mj.episode.sensor import Sensor
+from beacon_mj.eval.runs.scene_cache import cached_scene
+from beacon_mj.motion.visibility_graph import shortest_path
 from beacon_mj.planners.registry import load_planner
-from beacon_mj.scene_gen.generate import generate_scene
+from beacon_mj.scene import Scene
+from beacon_mj.world import World
 
 #: Planners that between them use every kernel, and how far each is run [steps].
-_TOURS = (("beacon", 400), ("beacon-voi", 400), ("dstar-lite", 150), ("bug1", 120))
+_TOURS = {"beacon": 400, "beacon-voi": 400, "dstar-lite": 150, "bug1": 120}
+#: Whose kernels a planner uses; one that is not here may use any.
+_LIKE = {
+    "beacon": "beacon",
+    "beacon-kinds": "beacon",
+    "bug1": "bug1",
+    "bug2": "bug1",
+    "dstar-lite": "dstar-lite",
+    "push-through": "beacon",
+    "semantic": "beacon",
+}
 _SEED = 999_999  #: Of scenes that are in no suite.
 _PATIENCE_S = 3600.0
 
 
+def compile_kernels(planners: Iterable[str] = _TOURS) -> None:
+    """Run through every compiled kernel that planners use, once a process.
+
+    Args:
+        planners: What they are loaded by; all kernels by default.
+    """
+    names = set(planners)
+    like = {_LIKE[name] for name in names if name in _LIKE}
+    for name in _TOURS if names - _LIKE.keys() else sorted(like):
+        _tour(name)
+
+
 @functools.cache
-def compile_kernels() -> None:
-    """Run through every compiled kernel, once a process."""
-    scene = generate_scene("collision-required", 0, seed=_SEED)
-    for name, steps in _TOURS:
-        protocol = Protocol(max_steps=steps, decision_limit_s=_PATIENCE_S)
-        run_episode(scene, load_planner(name)[1](), name, protocol)
+def _tour(name: str) -> None:
+    scene = cached_scene("collision-required", 0, _SEED, "noisy")
+    protocol = Protocol(max_steps=_TOURS[name], decision_limit_s=_PATIENCE_S)
+    run_episode(scene, load_planner(name)[1](), name, protocol)
+    if name == "beacon":
+        _go_round(scene)
+
+
+def _go_round(scene: Scene) -> None:
+    """Find a way to where a push could begin, which few episodes have to look for."""
+    sensor = Sensor(World(scene), Protocol(sensing_radius_m=10.0))
+    seen = Sealer().observation(sensor.observe(None, 1.0))
+    shortest_path(
+        np.array(scene.start_m),
+        np.array(scene.goal_m),
+        seen.footprints,
+        scene.robot.radius_m,
+        scene.workspace_m,
+    )

@@ -11,7 +11,7 @@ from beacon_mj.eval.statistics.compare import (
 )
 from beacon_mj.eval.statistics.grouping import OVERALL, shown
 from beacon_mj.eval.statistics.oracles import NOTE, marked
-from beacon_mj.rendering.tables import Listing, add_line, plain_table
+from beacon_mj.rendering.tables import Listing, Prose, add_line, plain_table
 
 #: Columns of costs that a terminal has room for, with heading and digits.
 COSTS = {
@@ -19,7 +19,8 @@ COSTS = {
     "energy_j": ("energy J\n", 0),
     "energy_rolling_j": ("energy J\nkd 2 J/m", 1),
 }
-LEGEND = (
+SPARE = ("energy J\nkd 2 J/m", "shorter\n%", "energy J\n")
+LEGEND = Prose(
     "Differences, first minus second, on the same scenes, with 95 % intervals.\n"
     "success: in points, Newcombe's paired interval, p of McNemar's exact test.\n"
     "both: scenes that both solved; path and energy are compared on these (BCa).\n"
@@ -63,7 +64,7 @@ def _table(comparison: Comparison, together: int) -> Table:
     title = f"{first} against {marked(comparison.baseline, comparison.baseline_oracle)}"
     if together > 1:
         title += f"; success: p {_p(comparison.p_holm)} among {together} (Holm)"
-    table = plain_table(title, collapse_padding=True)
+    table = plain_table(title, spare=SPARE, collapse_padding=True)
     table.add_column("", width=10, overflow="fold")
     for heading in ("scenes\nboth", "success\np", *(h for h, _ in COSTS.values())):
         table.add_column(heading, justify="right", no_wrap=True)

@@ -8,7 +8,7 @@ from rich.table import Table
 from beacon_mj.eval.statistics.grouping import shown
 from beacon_mj.eval.statistics.oracles import NOTE, marked, oracles_of
 from beacon_mj.eval.statistics.summary import OUTCOMES, OVERALL
-from beacon_mj.rendering.tables import Tabular, add_line, plain_table
+from beacon_mj.rendering.tables import Prose, Tabular, add_line, plain_table
 
 #: Of the columns after the planner's name.
 HEADINGS = (
@@ -22,8 +22,10 @@ HEADINGS = (
     "energy\nJ",
     "bro-\nken",
 )
-LEGEND = (
-    "\nsolved: reached the goal, with its Wilson interval; clean: and broke nothing.\n"
+#: What is left out where there is no room for it, in this order.
+SPARE = ("con-\ntacts", "path m\nall", "energy\nJ", "bro-\nken", "path m\nsolved")
+LEGEND = Prose(
+    "\nsolved: reached the goal, with its Wilson interval; clean: and broke nothing. "
     "Means are over all episodes, but for the path over solved ones."
 )
 
@@ -50,8 +52,8 @@ class SummaryTable(Tabular):
         return [*parts, _outcomes(cells, told), LEGEND, *notes]
 
 
-def _table(title: str) -> Table:
-    table = plain_table(title)
+def _table(title: str, spare: Sequence[str] = ()) -> Table:
+    table = plain_table(title, spare=spare)
     table.add_column("planner", min_width=12, max_width=14, overflow="fold")
     return table
 
@@ -59,7 +61,7 @@ def _table(title: str) -> Table:
 def _results(family: str, tables: dict[str, Any], told: Sequence[str]) -> Table:
     """Return one table: a line a planner."""
     n = max(cells[family]["n"] for cells in tables.values() if family in cells)
-    table = _table(f"{family}, {n} scenes")
+    table = _table(f"{family}, {n} scenes", SPARE)
     for name in HEADINGS:
         table.add_column(name, justify="right", no_wrap=True)
     for planner, cells in tables.items():
@@ -88,7 +90,8 @@ def _missions(family: str, missions: dict[str, Any], told: Sequence[str]) -> Tab
     found = {name: own[family] for name, own in missions.items() if family in own}
     n = max(cell["n"] for cell in found.values())
     days = max(cell["days"] for cell in found.values())
-    table = _table(f"{family}, {n} missions of {days} days, all days together")
+    title = f"{family}, {n} missions of {days} days, all days together"
+    table = _table(title, ("bro-\nken", "[95 % CI]"))
     for heading in ("\nsolved", "\nsteps", "[95 % CI]", "failed\npushes", "bro-\nken"):
         table.add_column(heading, justify="right", no_wrap=True)
     table.add_column("steps\nday by day", justify="right")

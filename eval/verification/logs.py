@@ -12,6 +12,7 @@ from beacon_mj.eval.runs.jobs import planner_seed
 from beacon_mj.eval.runs.log_files import log_file
 from beacon_mj.eval.verification.checks import Check
 from beacon_mj.recording.provenance import to_json
+from beacon_mj.recording.tolerance import ROW_RELATIVE
 from beacon_mj.recording.verify import Verification
 
 #: Outcomes of episodes that may have ended before there was a log: all are failures.
@@ -37,7 +38,7 @@ def check_logs(
         tolerance_m = max(log.tolerance_m for log in found)
         note += (
             f"; {near} of another kind of machine: positions within {tolerance_m:g} m, "
-            "outcomes and rows exactly"
+            f"rows within {100.0 * ROW_RELATIVE:g} %, outcomes exactly"
         )
     elif found:
         note += ", every message bit for bit"

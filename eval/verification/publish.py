@@ -3,7 +3,8 @@
     python -m beacon_mj.eval.verification.publish RUN [NAME]
 
 For maintainers, in a checkout. The name is of suites and seed, such as
-`paper-v1-seed-0`, unless one is given; a record of that name is replaced.
+`paper-v1-seed-0`, unless one is given; a record of that name is replaced if it is of
+the same planners and families.
 """
 
 import sys
@@ -32,7 +33,8 @@ def publish(run: Path, name: str | None = None, folder: Path = RECORDS) -> Path:
 
     Raises:
         RunError: If the run is unfinished, a shard, or not of shipped planners and
-            families, or its tables are not of its rows.
+            families, its tables are not of its rows, or a record of that name is of
+            other planners or families.
     """
     config, rows = load_config(run), load_rows(run)
     if (problem := _unfit(config)) is not None:
@@ -41,8 +43,26 @@ def publish(run: Path, name: str | None = None, folder: Path = RECORDS) -> Path:
     problems = [*check.problems, *family_problems(run, config)]
     if problems:
         raise RunError(problems[0])
+    name = checked_name(name or _name(config))
+    _check_same_kind(folder / f"{name}.json", config)
     table = Table(rows=len(rows), rows_sha256=rows_sha256(rows), config=config)
-    return write_record(checked_name(name or _name(config)), table, rows, folder)
+    return write_record(name, table, rows, folder)
+
+
+def _check_same_kind(path: Path, config: RunConfig) -> None:
+    """Refuse to replace the record of another table by mistake."""
+    if not path.is_file():
+        return
+    before = msgspec.json.decode(path.read_bytes(), type=Table).config
+    if _kind(before) != _kind(config):
+        raise RunError(
+            f"{path}: is the record of other planners or families: give another NAME, "
+            "or delete it."
+        )
+
+
+def _kind(config: RunConfig) -> tuple[list[str], list[str], int]:
+    return [e.name for e in config.planners], [*config.families], config.seed
 
 
 def _unfit(config: RunConfig) -> str | None:

@@ -170,7 +170,7 @@ def test_a_run_and_its_outputs(capsys: pytest.CaptureFixture[str]) -> None:
     assert "1/1" in out
     assert "push-through" in out
     assert max(map(len, out.splitlines())) <= 80
-    assert "1/1 episodes, success 100 %" in err
+    assert "1/1 episodes, 100 % solved, done" in err
     assert pl.read_parquet("run/episodes.parquet")["success"].to_list() == [True]
     message = refused(capsys, ["eval", "--planner", "bug1", *SMALL, "--out", "run"])
     assert "Use --resume" in message

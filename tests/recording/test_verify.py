@@ -9,12 +9,15 @@ from typing import Any
 import pytest
 from mcap.records import Attachment, McapRecord, Message, Metadata
 
+from beacon_mj.episode.trace import Trace
 from beacon_mj.errors import LogError
+from beacon_mj.eval.metrics.measure import measure
 from beacon_mj.planners.base import Planner
-from beacon_mj.recording import provenance, read_log, verify
+from beacon_mj.recording import provenance, read_log, rebuild_trace, verify
 from beacon_mj.recording.machine import machine
 from beacon_mj.recording.messages import message
 from beacon_mj.recording.schemas import SCENE_NAME, TOPICS, WORLD_NAME
+from beacon_mj.recording.tolerance import TOLERANCE_M
 from tests.recording.conftest import Sample
 from tests.recording.samples import Crash, GiveUp, record, rewrite, row
 
@@ -184,6 +187,68 @@ def test_another_machine_verifies_a_log_as_well(sample: Sample, tmp_path: Path) 
     _with_metadata(sample, tmp_path / "x.mcap", "machine", **changes)
     assert read_log(tmp_path / "x.mcap").machine == changes
     assert verify(tmp_path / "x.mcap", row).ok
+
+
+def _measured(trace: Trace) -> dict[str, Any]:
+    return measure(trace).as_dict()
+
+
+def _from_elsewhere(
+    sample: Sample, folder: Path, topic: str, edit: Callable[[Any], None], row_of: Trace
+) -> Path:
+    """Return a forged log of another processor, with the row of a trace."""
+    _forge(sample, folder / "forged.mcap", topic, 21, edit)
+    forged = Sample(folder / "forged.mcap", sample.trace)
+    text = provenance.to_json(provenance.stable_row(_measured(row_of)))
+    _with_metadata(forged, folder / "row.mcap", "result", row=text)
+    named = Sample(folder / "row.mcap", sample.trace)
+    _with_metadata(named, folder / "elsewhere.mcap", "versions", machine="aarch64")
+    return folder / "elsewhere.mcap"
+
+
+@pytest.mark.parametrize(("share", "ok"), [(0.5, True), (2.0, False)])
+def test_states_of_another_processor_are_compared_within_the_tolerance(
+    sample: Sample, tmp_path: Path, share: float, ok: bool
+) -> None:
+    def shift(m: Any) -> None:
+        m.position_m.x += share * TOLERANCE_M
+
+    found = verify(_from_elsewhere(sample, tmp_path, "/step", shift, sample.trace))
+    assert found.ok == ok, found.problem
+    assert found.tolerance_m == TOLERANCE_M
+    assert ok or "more than 0.0001 m" in str(found.problem)
+    # On a machine of this kind not one bit may differ.
+    here = verify(tmp_path / "row.mcap")
+    assert (here.ok, here.tolerance_m) == (False, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("mended", "whose"),
+    [(False, "its own states give"), (True, "the simulation gives")],
+)
+def test_a_log_cannot_say_of_its_work_what_it_likes_by_naming_another_machine(
+    sample: Sample, tmp_path: Path, mended: bool, whose: str
+) -> None:
+    def toil(m: Any) -> None:
+        m.actuator_work_j += 1.0
+
+    busy = tmp_path / "busy.mcap"
+    _forge(sample, busy, "/step", 21, toil)
+    row_of = rebuild_trace(read_log(busy)) if mended else sample.trace
+    path = _from_elsewhere(sample, tmp_path, "/step", toil, row_of)
+    problem = str(verify(path, _measured).problem)
+    assert re.search(rf"row\.actuator_work_j is .* but {whose}", problem), problem
+
+
+def test_how_an_episode_ended_elsewhere_is_compared_exactly(
+    sample: Sample, tmp_path: Path
+) -> None:
+    _with_metadata(sample, tmp_path / "x.mcap", "versions", machine="aarch64")
+    genuine = verify(tmp_path / "x.mcap", row)
+    assert genuine.ok, genuine.problem
+    ended = Sample(tmp_path / "x.mcap", sample.trace)
+    _with_metadata(ended, tmp_path / "y.mcap", "result", outcome="timeout")
+    assert not verify(tmp_path / "y.mcap", row).ok
 
 
 def test_unfinished_log_is_refused(sample: Sample, tmp_path: Path) -> None:

@@ -1,22 +1,26 @@
 """The HTML replay: one file, no network, and a browser shows it."""
 
+import base64
 import os
 import re
 import shutil
 import subprocess
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
+import zstandard
 
 from beacon_mj import cli
 from beacon_mj.episode.protocol import Protocol
 from beacon_mj.errors import BeaconError, LogError
+from beacon_mj.recording import read_log
 from beacon_mj.rendering import render_page
 from tests.recording.samples import PushThrough, record, scene_with_damage
 
 Image = pytest.importorskip("PIL.Image")
-pytest.importorskip("mjviser")
+html = pytest.importorskip("beacon_mj.rendering.html")
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 #: With BEACON_NEED_CHROMIUM=1 a missing browser is a failure, not a skipped test.
@@ -51,6 +55,24 @@ def test_page_is_one_file_without_links(page: Path) -> None:
     assert not re.findall(r"<script[^>]+src=|<link[^>]+href=.(?!data:)", text)
     assert re.search(r"<title>[\w-]+_\d{4}, push-through</title>", text)
     assert sorted(p.name for p in page.parent.iterdir()) == ["x.html", "x.mcap"]
+
+
+def test_page_has_a_legend_and_a_clock_of_simulated_seconds(page: Path) -> None:
+    text = page.read_text()
+    log = read_log(page.with_suffix(".mcap"))
+    (legend,) = re.findall(r'<div id="legend".*?</div>', text)
+    for word in ("safe", "movable", "fragile", "broken", "planned path", "force"):
+        assert word in legend
+    (data,) = re.findall(r'window.__VISER_EMBED_DATA__="([^"]+)"', text)
+    inner = zstandard.ZstdDecompressor().decompress(
+        base64.b64decode(data)[8:], max_output_size=100_000_000
+    )
+    size = int.from_bytes(inner[:8], "little")
+    recording = msgspec.msgpack.decode(inner[8 : 8 + size])
+    simulated_s = log.steps * log.scene.robot.control_period_s
+    assert recording["durationSeconds"] == pytest.approx(simulated_s + html.HOLD_S)
+    shown = [m for _, m in recording["messages"] if m.get("name", "") == "/text"]
+    assert shown
 
 
 @needs_chromium
@@ -109,5 +131,5 @@ def test_missing_package_names_the_extra(monkeypatch: pytest.MonkeyPatch) -> Non
 
     monkeypatch.setitem(sys.modules, "viser", None)
     monkeypatch.delitem(sys.modules, "beacon_mj.rendering.html", raising=False)
-    with pytest.raises(BeaconError, match=r"beacon-mj\[web\]"):
+    with pytest.raises(BeaconError, match=r"pip install .*'viser"):
         render_page("x.mcap", "x.html")

@@ -4,11 +4,13 @@ import dataclasses
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 import shapely
+from PIL import Image, ImageFont
 
 from beacon_mj import cli
 from beacon_mj.episode.protocol import Protocol
@@ -17,24 +19,26 @@ from beacon_mj.errors import BeaconError, LogError
 from beacon_mj.interface import Command, Observation, PlannerInfo
 from beacon_mj.recording import read_log, read_trace
 from beacon_mj.rendering import (
+    annotations,
+    filmstrip,
+    gl,
+    overlay,
+    panel,
+    playback,
     plot_panel,
     render_scene,
     render_strip,
     render_video,
     view_scene,
 )
+from beacon_mj.rendering.captions import describe, summary
+from beacon_mj.rendering.legend import entries
 from beacon_mj.scene_gen.generate import generate_scene
 from beacon_mj.world import World
 from tests.recording.samples import PushThrough, record, scene_with_damage
 from tests.repository import REPOSITORY
 
 av = pytest.importorskip("av")
-pytest.importorskip("PIL")
-
-from PIL import Image  # noqa: E402
-
-from beacon_mj.rendering import filmstrip, gl, panel, playback  # noqa: E402
-from beacon_mj.rendering.captions import describe  # noqa: E402
 
 
 def _can_draw() -> bool:
@@ -142,11 +146,47 @@ def test_strip_shows_start_pushes_and_end(log_path: Path, tmp_path: Path) -> Non
     out = render_strip(log_path, tmp_path / "x.png", width=200, height=160)
     with Image.open(out) as image:
         pixels = np.asarray(image)
-    assert pixels.shape[0] > 2 * 160
-    assert pixels.shape[1] > 3 * 200
-    cells = [pixels[:160, k * 208 : k * 208 + 200] for k in range(3)]
+    head = overlay.captions([summary(read_trace(log_path))], 3 * 208)[0].height
+    assert pixels.shape[1] == 3 * 208
+    cells = [pixels[head : head + 160, k * 208 : k * 208 + 200] for k in range(3)]
     assert min(c.std() for c in cells) > 10.0
     assert not np.array_equal(cells[0], cells[2])
+    # The colours of the three classes stand in the legend below.
+    scene = read_log(log_path).scene
+    foot = overlay.legend(entries(scene), pixels.shape[1])
+    below = pixels[-foot.height :].reshape(-1, 3)
+    for surface in scene.surfaces:
+        colour = np.round(255 * np.array(surface.rgba[:3])).astype(int)
+        assert (np.abs(below - colour).max(axis=1) <= 1).sum() > 100
+
+
+@needs_gl
+def test_what_is_broken_is_marked_by_more_than_colour(
+    log_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def pictures() -> list[np.ndarray]:
+        with playback.Playback(read_log(log_path), 480, 360) as frames:
+            return [frames.picture(k) for k in (0, frames.steps)]
+
+    crossed = pictures()
+    monkeypatch.setattr(annotations.Marks, "_mark_broken", lambda *_: None)
+    plain = pictures()
+    assert np.array_equal(crossed[0], plain[0])
+    changed = (crossed[1] != plain[1]).any(axis=2)
+    assert changed.sum() > 20
+    assert crossed[1][changed].mean() > plain[1][changed].mean() + 60.0
+
+
+@pytest.mark.parametrize("width", [40, 120, 600])
+def test_captions_are_wrapped_and_lose_no_word(width: int) -> None:
+    text = "t = 4.7 s; push: obstacle_16 not moved at 11.7 N; " + "x" * 70
+    lines = overlay.wrapped(text, width)
+    assert len(lines) > 1
+    assert "".join(lines).replace(" ", "") == text.replace(" ", "")
+    font = ImageFont.load_default(overlay.TEXT_PIXELS)
+    assert max(font.getlength(line) for line in lines) <= width
+    images = overlay.captions([text, "short"], width + 16)
+    assert len({image.size for image in images}) == 1
 
 
 def test_moments_hold_ends_and_what_happened(log_path: Path) -> None:
@@ -158,6 +198,30 @@ def test_moments_hold_ends_and_what_happened(log_path: Path) -> None:
     assert set(told) & set(chosen)
     trace.steps[:] = trace.steps[:2]
     assert filmstrip.moments(trace, 6) == [0, 1, 2]
+
+
+def test_moments_are_those_of_change(log_path: Path) -> None:
+    """Another action, another target, and beliefs that shift are all shown."""
+    trace = read_trace(log_path)
+    info = dataclasses.replace(
+        trace.steps[0].command.info, action="move", target=None,
+        beliefs={"a": (0.8, 0.1, 0.1), "b": (0.1, 0.8, 0.1)},
+    )  # fmt: skip
+    quiet = dataclasses.replace(trace.steps[0].outcome, contacts=(), attempts=())
+    changes: dict[int, dict[str, Any]] = {
+        12: {"action": "push", "target": "a"},
+        31: {"action": "push", "target": "b"},
+        44: {"beliefs": {"a": (0.1, 0.8, 0.1), "b": (0.1, 0.1, 0.8)}},
+    }
+    steps = []
+    for k in range(60):
+        info = dataclasses.replace(info, **changes.get(k, {}))
+        command = dataclasses.replace(trace.steps[0].command, info=info)
+        steps.append(
+            dataclasses.replace(trace.steps[0], command=command, outcome=quiet)
+        )
+    trace.steps[:] = steps
+    assert filmstrip.moments(trace, 5) == [0, 12, 31, 44, 60]
 
 
 @needs_gl
@@ -187,24 +251,69 @@ def test_scene_picture(tmp_path: Path, log_path: Path) -> None:
         render_scene(scene, tmp_path / "s.png" / "s.png", width=64, height=48)
 
 
+def parts(log_path: Path, out: Path) -> tuple[ElementTree.Element, list[str], str]:
+    """Return the drawing within a panel, the marks of its legend, and its text."""
+    text = plot_panel(log_path, out).read_text()
+    root = ElementTree.fromstring(text)
+    drawing, *marks = [e for e in root if e.tag.endswith("}g")]
+    assert drawing.get("transform") == "scale(1,-1)"
+    return drawing, [ElementTree.tostring(m, "unicode") for m in marks], text
+
+
 def test_panel_shows_way_footprints_and_events(log_path: Path, tmp_path: Path) -> None:
     trace = read_trace(log_path)
-    out = plot_panel(log_path, tmp_path / "panel.svg")
-    root = ElementTree.parse(out).getroot()
-    polygons = [e for e in root.iter() if e.tag.endswith("polygon")]
+    drawing, _, _ = parts(log_path, tmp_path / "panel.svg")
+    polygons = [e for e in drawing.iter() if e.tag.endswith("polygon")]
     before = [e for e in polygons if e.get("stroke-dasharray")]
     moved = {d.obstacle for s in trace.steps for d in s.outcome.displacements}
     assert moved
     assert len(before) == len(moved)
     assert len(polygons) == len(before) + len(trace.scene.obstacles)
-    ways = [e.get("points", "") for e in root.iter() if e.tag.endswith("polyline")]
+    ways = [e.get("points", "") for e in drawing.iter() if e.tag.endswith("polyline")]
     assert [len(way.split()) for way in ways] == [len(trace.steps) + 1] * 2
     x, y = trace.steps[-1].outcome.position_m
     assert ways[0].endswith(f"{x:.4f},{y:.4f}")
-    broken = [e for e in polygons if e.get("stroke") == panel.MARKS["broken"]]
-    assert len(broken) == len(
-        {d.obstacle for s in trace.steps for d in s.outcome.damages}
-    )
+
+
+def test_panel_names_obstacles_and_shows_what_broke_and_the_last_pose(
+    log_path: Path, tmp_path: Path
+) -> None:
+    trace = read_trace(log_path)
+    drawing, _, text = parts(log_path, tmp_path / "panel.svg")
+    broken = {d.obstacle for s in trace.steps for d in s.outcome.damages}
+    crosses = [e for e in drawing if e.get("class") == "broken"]
+    assert broken
+    assert len(crosses) == 2 * len(broken)  # White within dark.
+    names = [e.text for e in drawing if e.tag.endswith("text")]
+    assert names == [o.id.removeprefix("obstacle_") for o in trace.scene.obstacles]
+    x, y = trace.steps[-1].outcome.position_m
+    ends = [
+        e for e in drawing
+        if (e.get("cx"), e.get("cy")) == (f"{x:.4f}", f"{y:.4f}") and e.get("stroke")
+    ]  # fmt: skip
+    assert [float(e.get("r", "")) for e in ends if e.get("fill") != "none"] == [
+        trace.scene.robot.radius_m
+    ]
+    assert ">1 m</text>" in text
+
+
+def test_the_legend_of_a_panel_repeats_the_marks_of_the_drawing(
+    log_path: Path, tmp_path: Path
+) -> None:
+    drawing, marks, text = parts(log_path, tmp_path / "panel.svg")
+    styles = ("fill", "stroke", "stroke-dasharray", "stroke-width", "opacity")
+
+    def style(element: ElementTree.Element) -> tuple[str, ...]:
+        return (element.tag, *(element.get(name, "") for name in styles))
+
+    shown = {style(e) for e in drawing if not e.tag.endswith(("polygon", "text"))}
+    explained = {style(e) for mark in marks for e in ElementTree.fromstring(mark)}
+    # Arena, what it cuts off, and the way and its band, which are samples there.
+    assert {tag.rpartition("}")[2] for tag, *_ in shown - explained} <= {
+        "rect", "clipPath", "polyline",
+    }  # fmt: skip
+    for word in ("safe", "fragile", "broken", "contact", "push: not moved", "goal"):
+        assert f">{word}</text>" in text
 
 
 def test_panel_is_no_png(log_path: Path, tmp_path: Path) -> None:
@@ -218,7 +327,7 @@ def test_panel_outlines_are_the_worlds_own(log_path: Path) -> None:
     world = World(log.scene)
     model = world.model
     for obstacle, outline in zip(log.scene.obstacles, world.outlines, strict=True):
-        drawn = shapely.Polygon(panel._outline(log, model, obstacle, 0))
+        drawn = shapely.Polygon(panel.outline(log, model, obstacle, 0))
         true = outline.polygon()
         assert drawn.symmetric_difference(true).area < 0.02 * true.area
 

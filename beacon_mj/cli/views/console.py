@@ -4,6 +4,7 @@ The one place from which commands print. Names, reasons and paths may be anybody
 nothing reaches a terminal but what can be printed; see `printable`.
 """
 
+import os
 import re
 import sys
 from collections.abc import Iterable
@@ -28,9 +29,12 @@ class _Console(Console):
 
 
 def show(result: Tabular) -> None:
-    """Print a result: on a terminal as wide as it is, in a pipe 80 columns wide."""
+    """Print a result: on a terminal as wide as it is, in a pipe 80 columns wide.
+
+    `COLUMNS` in the environment is the width of both.
+    """
     console = _Console(file=results(), highlight=False)
-    if not console.is_terminal or console.width < WIDTH:
+    if not (console.is_terminal or os.environ.get("COLUMNS", "").isdigit()):
         console = _Console(file=results(), highlight=False, width=WIDTH)
     write(console, result)
 

@@ -31,25 +31,26 @@ class Tally:
 
     @property
     def success(self) -> str:
-        """Share of successes so far, such as `93 %`."""
-        return f"{100 * self.solved / self.done:.0f} %" if self.done else "-"
+        """Share of successes so far, such as `93 % solved`."""
+        if self.done == 0:
+            return "none finished yet"
+        return f"{100 * self.solved / self.done:.0f} % solved"
 
     @property
     def left(self) -> str:
-        """Time left, such as `1:05`, by the pace so far."""
+        """Time left, such as `1:05 left`, by the pace so far."""
+        if self.done == self.total:
+            return "done"
         new = self.done - (self.before or 0)
         if new == 0:
-            return "-"
+            return "time left unknown"
         pace = (time.monotonic() - self._began) / new
         seconds = round(pace * (self.total - self.done))
-        return f"{seconds // 60}:{seconds % 60:02d}"
+        return f"{seconds // 60}:{seconds % 60:02d} left"
 
     def line(self) -> str:
         """Return one plain line."""
-        return (
-            f"{self.done}/{self.total} episodes, success {self.success}, "
-            f"{self.left} left"
-        )
+        return f"{self.done}/{self.total} episodes, {self.success}, {self.left}"
 
 
 @contextmanager
@@ -92,8 +93,8 @@ def _bar(tally: Tally) -> Iterator[Update]:
     columns = (
         BarColumn(bar_width=None),
         MofNCompleteColumn(),
-        TextColumn("success {task.fields[success]}"),
-        TextColumn("{task.fields[left]} left"),
+        TextColumn("{task.fields[success]}"),
+        TextColumn("{task.fields[left]}"),
     )
     with Progress(*columns, console=Console(stderr=True)) as bar:
         task = bar.add_task(

@@ -1,5 +1,6 @@
 """The report: every run renders, nothing is loaded from elsewhere, and it says so."""
 
+import html
 import re
 import shutil
 import subprocess
@@ -13,9 +14,10 @@ import pytest
 
 from beacon_mj import cli
 from beacon_mj.eval.metrics.row import Row
-from beacon_mj.eval.report import figures
+from beacon_mj.eval.report import episodes, figures
+from beacon_mj.eval.report.check import page_problem
 from beacon_mj.eval.report.command import command_of
-from beacon_mj.eval.report.page import render_report
+from beacon_mj.eval.report.page import calibrations, render_report
 from beacon_mj.eval.report.reproduction import BEGIN, END, markdown
 from beacon_mj.eval.statistics.results import load_results
 from beacon_mj.eval.statistics.summary import summarize
@@ -35,7 +37,7 @@ CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
 class Page(HTMLParser):
     """What a page refers to, its text, and whether its elements are closed."""
 
-    VOID = ("meta", "link", "img", "br", "hr", "input")
+    VOID = ("meta", "link", "img", "br", "hr", "input", "source")
 
     def __init__(self, text: str) -> None:
         super().__init__()
@@ -112,6 +114,7 @@ def test_every_run_renders(name: str, tmp_path: Path) -> None:
     assert "None" not in page.text.split("How it was run")[-2]
     assert "no logs of" in page.text
     assert render_report(run) == text
+    assert page_problem(text, run) is None
     said = {
         "zero successes": "No episode of this run reached its goal",
         "one scene": "One scene only",
@@ -187,10 +190,87 @@ def test_a_page_with_episodes(real: Path, tmp_path: Path) -> None:
     out = tmp_path / "page.html"
     assert cli.run(["report", str(real), "--out", str(out), "--no-replay"]) == 0
     page = Page(out.read_text())
-    assert "median path: beacon in collision-required_0000, reached" in page.text
+    shown = "median path and most obstacles moved: beacon in collision-required_0000"
+    assert page.text.count(f"{shown}, reached") == 1
+    assert page.text.count("a failure: bug1 in collision-required_0000") == 1
+    assert page.text.count("a failure: ") == 1
     assert "Expected calibration error" in page.text
     assert "protocol.max_steps=300" in page.text
     assert not [*tmp_path.glob("*.part")]
+
+
+def test_a_reader_chooses_the_planner_without_a_script(real: Path) -> None:
+    text = render_report(load_results(real), with_replay=False)
+    assert "script" not in text.partition("<body>")[0]
+    policy = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
+    assert f'content="{policy}"' in html.unescape(text)
+    chosen = re.findall(r'<input type="radio" name="planner" id="(choose-\d+)"', text)
+    assert chosen == ["choose-1"]  # The failure of bug1 is shown above.
+    for name in chosen:
+        block = name.replace("choose", "choice")
+        assert f'<label for="{name}">beacon</label>' in text
+        assert f"#{name}:checked ~ #{block} {{ display: block; }}" in text
+        assert f'id="{block}"' in text
+
+
+def with_logs(run: Path, found: Sequence[Row]) -> Path:
+    for row in found:
+        log = episodes.log_of(run, row)
+        log.parent.mkdir(parents=True, exist_ok=True)
+        log.touch()
+    return run
+
+
+def test_there_is_no_median_and_no_calibration_of_partial_logs(tmp_path: Path) -> None:
+    found = [
+        msgspec.structs.replace(row, brier_prior=0.5)
+        for row in rows([4.0, 5.0, 6.0], WON, "beacon")
+    ]
+    run = load_results(write_run(tmp_path / "run", ["beacon"], found))
+    with_logs(run.folder, found[:2])
+    assert episodes.picks(run.folder, found, by_family=True) == []
+    [none] = calibrations(run)
+    assert none.figure is None
+    assert none.note.startswith("2 of 3 episodes left a log")
+    with_logs(run.folder, found)
+    [pick] = episodes.picks(run.folder, found, by_family=True)
+    assert (pick.why, pick.row.path_length_m) == ("median path", 5.0)
+
+
+def test_no_episode_is_shown_twice(tmp_path: Path) -> None:
+    found = rows([4.0, 5.0, 6.0], WON, "beacon")
+    found[1] = msgspec.structs.replace(found[1], obstacles_moved=2)
+    [pick] = episodes.picks(with_logs(tmp_path, found), found, by_family=True)
+    assert pick.why == "median path and most obstacles moved"
+
+
+def test_failures_of_every_planner_come_first(tmp_path: Path) -> None:
+    planners = {
+        "mine": rows([4.0, 5.0], [True, False], "mine"),
+        "good": rows([4.0, 5.0], [True, True], "good"),
+        **{f"bad{k}": rows([4.0, 5.0], [False] * 2, f"bad{k}") for k in range(9)},
+    }
+    for found in planners.values():
+        with_logs(tmp_path, found)
+    failed = episodes.failures(tmp_path, planners)
+    bad = [f"bad{k}" for k in range(9)]
+    assert [pick.row.planner for pick in failed] == ["mine", *bad]
+    assert [name for name, _, _ in episodes.reasons(planners)] == ["mine", *bad]
+
+
+def test_axes_show_differences_and_nothing_below_zero() -> None:
+    close = rows([4.0] * 40, [True] * 39 + [False], "beacon") + rows(
+        [4.0] * 40, [True] * 38 + [False] * 2, "bug1"
+    )
+    _, axes = figures.panel("x", "y")
+    axes.plot([0.0, 0.0], [1.0, 2.0])
+    figures.not_below_zero(axes)
+    assert axes.get_xlim() == (-0.04, 1.0)
+    svg = figures.pareto(summarize(close), "obstacles_broken", "broken")
+    ticks = [float(text) for text in re.findall(r"<!-- ([\d.]+) -->", svg)]
+    assert max(ticks) >= 90.0  # Success is near 100 %, and the axis too.
+    assert not [tick for tick in ticks if 2.0 < tick < 70.0]
+    assert figures.overview(summarize(close), wide=True).count("<svg") == 1
 
 
 def test_the_command_repeats_the_run(real: Path) -> None:

@@ -16,7 +16,7 @@ from beacon_mj.errors import RunError
 from beacon_mj.eval.metrics.row import Row
 from beacon_mj.eval.runs import cluster
 from beacon_mj.eval.runs.cluster import checked_job, run_on_cluster
-from beacon_mj.eval.runs.runner import plan
+from beacon_mj.eval.runs.runner import plan, resumable, run_jobs
 from tests.eval.runs.test_runner import configured, hostile, run, timeless
 from tests.repository import REPOSITORY
 
@@ -109,6 +109,27 @@ def test_a_killed_worker_costs_no_episode(workers: Cluster) -> None:
     assert workers.workers[1].poll() is None
     assert len(found) == 12
     assert timeless(by_key(found)) == timeless(run(config, refs))
+
+
+def test_a_killed_scheduler_is_one_line_and_loses_no_finished_episode(
+    workers: Cluster,
+) -> None:
+    config, refs = configured(["push-through", "bug1"], scenes_per_family=6)
+    found: list[Row] = []
+
+    def collect() -> None:
+        for rows in run_on_cluster(config, plan(config, refs), None, workers.address):
+            if not found:
+                os.killpg(workers.children[0].pid, signal.SIGKILL)
+            found.extend(rows)
+
+    with pytest.raises(RunError, match=r"scheduler was lost; go on with --resume"):
+        collect()
+    assert 0 < len(found) < 12
+    left = plan(config, refs, found)
+    again = [row for rows in run_jobs(config, left) for row in rows]
+    whole = by_key([*resumable(left, found), *again])
+    assert timeless(whole) == timeless(run(config, refs))
 
 
 @pytest.mark.parametrize("workers", ["--nanny"], indirect=True)

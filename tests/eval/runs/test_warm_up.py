@@ -35,3 +35,38 @@ def test_no_decision_waits_for_the_compiler(tmp_path: Path) -> None:
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     assert any(tmp_path.rglob("*.nbi")), "the cache folder was not used"
+
+
+#: Warm up for one planner, then print the kernels that its episodes need beside.
+MISSED = """
+import sys
+from beacon_mj.eval.runs.warm_up import compile_kernels
+from beacon_mj import load_planner, run_episode
+from numba.core.dispatcher import Dispatcher
+from tests.worlds import cached_scene
+def compiled():
+    return {{
+        (module, name, signature)
+        for module, loaded in list(sys.modules.items())
+        if module.startswith("beacon_mj")
+        for name, value in vars(loaded).items()
+        if isinstance(value, Dispatcher)
+        for signature in map(str, value.signatures)
+    }}
+scenes = [cached_scene(f, 1) for f in ("collision-required", "cluttered")]
+compile_kernels([{name!r}])
+before = compiled()
+assert before
+for scene in scenes:
+    run_episode(scene, load_planner({name!r})[1](), {name!r})
+sys.exit(str(compiled() - before) if compiled() - before else 0)
+"""
+
+
+@pytest.mark.parametrize("name", ["bug2", "dstar-lite", "semantic"])
+def test_kernels_of_one_planner_are_enough_for_it(name: str) -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", MISSED.format(name=name)],
+        cwd=REPOSITORY, capture_output=True, text=True,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr

@@ -201,6 +201,16 @@ def test_what_cannot_be_published_is_refused(run: Path, tmp_path: Path) -> None:
     assert not (tmp_path / "records").exists()
 
 
+def test_a_record_of_another_table_is_not_replaced_by_mistake(
+    run: Path, records: Path, tmp_path: Path
+) -> None:
+    publish(run, "table", records)
+    config = json.loads((records / "table.json").read_text())["config"]
+    edit_table(records, config=config | {"planners": config["planners"][:1]})
+    with pytest.raises(RunError, match="of other planners or families: give another"):
+        publish(run, "table", records)
+
+
 def test_the_maintainers_command_says_what_it_did(
     run: Path,
     tmp_path: Path,
