@@ -3,7 +3,8 @@
 Only the value that comes out of here is applied, logged and measured.
 """
 
-from collections.abc import Mapping
+import reprlib
+from collections.abc import Mapping, Sized
 from operator import is_
 from types import MappingProxyType
 from typing import Any, get_args
@@ -21,6 +22,9 @@ PATH_POINTS = 10_000  #: Most points of a path.
 TERMS = 100  #: Most terms of an objective.
 NAME_CHARS = 100  #: Longest name of a term.
 COUNT_MAX = 2**53  #: Largest number of expansions.
+_SHORT = reprlib.Repr()  #: Of a list of a million numbers, or a text of megabytes.
+_SHORT.maxother = _SHORT.maxstring = _SHORT.maxlong = 300
+_SHORT.maxlist = _SHORT.maxtuple = _SHORT.maxdict = _SHORT.maxset = 50
 
 
 class PlannerFailure(Exception):
@@ -63,7 +67,7 @@ def checked_command(
 
 
 def _velocity(value: object) -> Array:
-    velocity = _floats(value)
+    velocity = _floats(value, most=2)
     if velocity is not None and velocity.shape == (2,):
         x, y = velocity.tolist()
         if abs(x) <= SPEED_MAX_MPS and abs(y) <= SPEED_MAX_MPS:
@@ -119,7 +123,7 @@ def _terms(value: object) -> dict[str, float]:
 def _path(value: object) -> Array | None:
     if value is None:
         return None
-    path = _floats(value)
+    path = _floats(value, most=2 * PATH_POINTS)
     if path is None or path.ndim != 2 or path.shape[1] != 2 or len(path) > PATH_POINTS:
         raise PlannerFailure(
             "Expected info.path_m of shape (m, 2), real numbers and at most "
@@ -174,7 +178,7 @@ def _belief(name: str, value: Any) -> Probabilities:
 
 
 def _three(name: str, value: Any) -> tuple[object, object, object]:
-    values = _floats(value)
+    values = _floats(value, most=3)
     if values is None or values.shape != (3,):
         raise _no_belief(name, value)
     a, b, c = values.tolist()
@@ -258,18 +262,26 @@ def _text(name: str, value: object, limit: int) -> str:
     return value
 
 
-def _floats(value: Any) -> Array | None:
-    """Return a copy as an array of floats; None if it is no array of real numbers."""
+def _floats(value: Any, most: int) -> Array | None:
+    """Return a copy as an array of floats; None if it is no array of real numbers.
+
+    Nothing of more than `most` numbers is copied: an array of gigabytes may have been
+    made of one number, with strides of zero.
+    """
     if type(value) is not np.ndarray:
-        if isinstance(value, str | bytes):
+        if isinstance(value, str | bytes) or _length(value) > most:
             return None
         try:
             value = np.array(value)
         except (ValueError, TypeError, OverflowError):
             return None
-    if value.dtype.kind not in "fiu" and value.size:
+    if value.size > most or (value.dtype.kind not in "fiu" and value.size):
         return None
     return np.array(value, np.float64, order="C", subok=False)
+
+
+def _length(value: object) -> int:
+    return len(value) if isinstance(value, Sized) else 0
 
 
 def _bad(name: str, expected: str, value: object) -> PlannerFailure:
@@ -282,4 +294,4 @@ def _shown(value: object) -> str:
     """Return a value for a message: bounded, and safe to show."""
     if isinstance(value, np.ndarray) and value.size > 10:
         return f"an array of {value.dtype} and shape {value.shape}"
-    return one_line(repr(value), 100)
+    return one_line(_SHORT.repr(value), 100)

@@ -86,7 +86,7 @@ class Log:
         text = self.result.get("row")
         try:
             return None if text is None else dict(msgspec.json.decode(text))
-        except (msgspec.DecodeError, TypeError, ValueError) as error:
+        except (msgspec.DecodeError, TypeError, ValueError, RecursionError) as error:
             raise LogError(f"{self.path}: the stored row is no JSON object.") from error
 
     def at(self, topic: str) -> Iterator[tuple[float, Any]]:
@@ -223,7 +223,7 @@ def _left(raw: _Raw, path: Path) -> Left | None:
     text = raw.metadata.get("config", {}).get("left")
     try:
         return None if text is None else msgspec.json.decode(text, type=Left)
-    except (msgspec.DecodeError, UnicodeEncodeError) as error:
+    except (msgspec.DecodeError, UnicodeEncodeError, RecursionError) as error:
         raise LogError(
             f"{path}: how the room was left is not valid: {error}."
         ) from error

@@ -127,7 +127,8 @@ class _Rebuild:
             self._points = _rows(p.position for p in plan.poses)
         if (belief := self._belief.until(time_ns)) is not None:
             self._beliefs = {
-                b.obstacle: (b.safe, b.movable, b.fragile) for b in belief.obstacles
+                self._ids[b.obstacle]: (b.safe, b.movable, b.fragile)
+                for b in belief.obstacles
             }
         return PlannerInfo(
             action=_one_of(Action, decision.action, self._log.path),

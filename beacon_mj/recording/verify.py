@@ -7,6 +7,7 @@ and the result with its row. What only the planner could have made, its commands
 reasons, whether it gave up or failed, is taken from the log.
 """
 
+import re
 import tempfile
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
@@ -166,7 +167,7 @@ def _repeat(log: Log, trace: Trace, again: Path, row: RowOf | None) -> Trace:
     """Run the logged commands, record what happens, and return it."""
     config = log.config.get("planner_config", "null")
     seed = log.config.get("planner_seed", "")
-    if not seed.isdecimal():
+    if not re.fullmatch("[0-9]{1,16}", seed):
         raise LogError(f"{log.path}: expected a planner's seed but it is {seed!r}.")
     recorder = Recorder(
         again, planner_config=msgspec.Raw(config.encode()), seed=int(seed), row=row

@@ -75,10 +75,10 @@ def _check_schema(scene: Scene) -> None:
         again = msgspec.json.decode(data, type=Scene)
     except (msgspec.MsgspecError, TypeError, ValueError, RecursionError) as error:
         raise MalformedSceneError(f"Not a valid scene: {error}.") from error
-    if again.to_json() != data:
+    if (found := _difference(scene, again)) or again.to_json() != data:
         raise MalformedSceneError(
             "Expected every number of a scene to be a float where its file has one, "
-            f"but {_difference(scene, again)}."
+            f"and every record a record, but {found}."
         )
 
 

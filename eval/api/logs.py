@@ -8,7 +8,7 @@ from rich.table import Table
 
 from beacon_mj import rendering
 from beacon_mj.constants import WALL_CLOCK_COLUMNS
-from beacon_mj.errors import BeaconError, LogError
+from beacon_mj.errors import BeaconError, LogError, describe
 from beacon_mj.eval.metrics.measure import measure
 from beacon_mj.eval.metrics.row import Row
 from beacon_mj.extras import missing
@@ -88,9 +88,16 @@ def measure_log(log: LogSource) -> Measured:
         log: A log, or the path of one, finished or not.
 
     Raises:
-        LogError: If the log cannot be read.
+        LogError: If the log cannot be read, or its numbers are those of no episode.
     """
-    return Measured(measure(rebuild_trace(_file(log))))
+    found = _file(log)
+    try:
+        return Measured(measure(rebuild_trace(found)))
+    except (ArithmeticError, LookupError, ValueError) as error:
+        raise LogError(
+            f"{found.path}: expected the numbers of an episode but they cannot be "
+            f"measured: {describe(error)}."
+        ) from error
 
 
 def export_ros2(log: str | Path, out: str | Path) -> int:

@@ -21,7 +21,7 @@ from beacon_mj.eval.runs.missions import (
 )
 from beacon_mj.eval.runs.scene_cache import cached_scene, released_scene_suite
 from beacon_mj.eval.runs.shards import Shard, share
-from beacon_mj.eval.runs.whole_numbers import SceneCount, Seed
+from beacon_mj.eval.runs.whole_numbers import SceneCount, Seed, check_episodes
 from beacon_mj.files import files_below
 from beacon_mj.scene import Profile, Scene
 from beacon_mj.scene.files import load_scene
@@ -199,6 +199,7 @@ def _hashed_scenes(
     counts: Mapping[str, int], templates: Path | None
 ) -> tuple[dict[str, str], list[SceneRef]]:
     """Return the same of families that are there, without running any layout's code."""
+    check_episodes(sum(counts.values()))
     hashes = {name: family_sha256(name, templates) for name in counts}
     refs = list[SceneRef]()
     for name, count in counts.items():
@@ -316,9 +317,11 @@ def scene_refs(config: RunConfig) -> tuple[dict[str, str], list[SceneRef]]:
 
 
 def _counts(config: RunConfig) -> dict[str, int]:
-    """Return the number of generated scenes by family."""
+    """Return the number of generated scenes by family. Raises RunError if too many."""
     counts = dict.fromkeys(config.families, config.scenes_per_family or 0)
-    return counts | {name: each.count for name, each in config.scenes.items()}
+    counts |= {name: each.count for name, each in config.scenes.items()}
+    check_episodes(sum(counts.values()), len(config.planners))
+    return counts
 
 
 def suite_of_ref(config: RunConfig, ref: SceneRef, scene: Scene) -> str | None:

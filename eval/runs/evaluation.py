@@ -30,6 +30,7 @@ from beacon_mj.eval.runs.runner import plan, resumable, run_jobs
 from beacon_mj.eval.runs.shards import parse_shard
 from beacon_mj.eval.runs.variants import Values, VaryValues
 from beacon_mj.eval.runs.versions import versions
+from beacon_mj.eval.runs.whole_numbers import check_episodes
 from beacon_mj.scene import Profile
 
 #: Options whose names on the command line are others.
@@ -239,6 +240,7 @@ def _configured(options: EvaluationOptions, out: Path | None) -> Evaluation:
         )
     else:
         hashes, refs = stored_scenes(stored, options.families, count)
+    check_episodes(len(refs), len(entries))
     config = RunConfig(
         planners=entries,
         families=hashes,

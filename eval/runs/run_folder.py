@@ -7,6 +7,7 @@ whole lines. `episodes.parquet` and `summary.json` say that it is complete.
 import contextlib
 import os
 from collections.abc import Iterable, Sequence
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,7 +19,9 @@ from beacon_mj.eval.metrics.row import Row
 from beacon_mj.eval.runs.config import PlannerEntry, RunConfig
 from beacon_mj.eval.runs.frame import frame
 from beacon_mj.eval.runs.run_lock import LockedFile
+from beacon_mj.eval.runs.whole_numbers import MAX_EPISODES
 from beacon_mj.files import file_name, replacing
+from beacon_mj.regular_files import read_regular
 from beacon_mj.source_files import first_change
 
 CONFIG, LINES, TABLE, SUMMARY, REPORT = (
@@ -32,6 +35,10 @@ CONFIG, LINES, TABLE, SUMMARY, REPORT = (
 if TYPE_CHECKING:
     import polars as pl
 
+#: Of a file of a run; the rows of a million episodes have as much.
+MAX_BYTES = 2_000_000_000
+#: What reading JSON that anybody may have written raises.
+BAD_JSON = (msgspec.MsgspecError, UnicodeDecodeError, RecursionError)
 Machines = tuple[dict[str, str], ...]
 
 
@@ -196,12 +203,12 @@ class RunFolder:
 def load_config(path: Path) -> RunConfig:
     """Return the configuration of a run. Raises RunError if there is none."""
     try:
-        data = (path / CONFIG).read_bytes()
+        data = read_regular(path / CONFIG, MAX_BYTES)
         _check_schema(path, msgspec.json.decode(data, type=_Written))
         return msgspec.json.decode(data, type=RunConfig)
     except OSError as error:
         raise RunError(f"{path}: expected a run folder: {_why(error)}.") from error
-    except msgspec.MsgspecError as error:
+    except BAD_JSON as error:
         raise RunError(
             f"{path / CONFIG}: not a valid configuration: {error}."
         ) from error
@@ -250,9 +257,14 @@ def read_table(path: Path) -> "pl.DataFrame":
     import polars as pl
 
     try:
-        with path.open("rb") as file:  # Polars takes no path that is not UTF-8.
-            return pl.read_parquet(file)
-    except (pl.exceptions.PolarsError, OSError) as error:
+        data = read_regular(path, MAX_BYTES)
+        rows = pl.scan_parquet(BytesIO(data)).select(pl.len()).collect().item()
+        if rows > MAX_EPISODES:
+            raise RunError(
+                f"{path}: expected at most {MAX_EPISODES} rows but there are {rows}."
+            )
+        return pl.read_parquet(BytesIO(data))
+    except (pl.exceptions.PolarsError, pl.exceptions.PanicException, OSError) as error:
         why = " ".join(str(error).split())
         raise RunError(f"{path}: cannot be read as Parquet: {why}.") from error
 
@@ -281,7 +293,7 @@ def free_name(stem: str) -> Path:
 def _read_lines(path: Path) -> tuple[list[Row], int]:
     """Return the rows of whole lines, and where the last of them ends [bytes]."""
     try:
-        data = path.read_bytes()
+        data = read_regular(path, MAX_BYTES)
     except OSError as error:
         raise RunError(f"{path}: cannot be read: {_why(error)}.") from error
     whole = data.rfind(b"\n") + 1
@@ -290,10 +302,21 @@ def _read_lines(path: Path) -> tuple[list[Row], int]:
     for number, line in enumerate(data[:whole].splitlines(), start=1):
         try:
             row = decoder.decode(line)
-        except msgspec.MsgspecError as error:
+        except BAD_JSON as error:
             raise RunError(f"{path}:{number}: not a valid row: {error}.") from error
+        if not _fits(row):
+            raise RunError(
+                f"{path}:{number}: not a valid row: expected whole numbers from 0 to "
+                "2^53."
+            )
         rows.setdefault(row.key, row)
     return list(rows.values()), whole
+
+
+def _fits(row: Row) -> bool:
+    """Whether a table can hold the row's whole numbers, which JSON does not bound."""
+    whole = [value for value in row.as_dict().values() if type(value) is int]
+    return all(0 <= value <= 2**53 for value in whole)
 
 
 def difference(before: RunConfig, now: RunConfig) -> str | None:

@@ -178,13 +178,17 @@ def setting_of(entry: PlannerEntry, key: str, protocol: Protocol) -> object:
         key: The field; a dot leads into a nested configuration.
         protocol: The run's.
     """
-    if key.startswith("protocol."):
-        own: object = getattr(entry.protocol or protocol, key.removeprefix("protocol."))
-        return own
-    found: Any = entry.config
-    for part in key.split("."):
-        found = found[part]
-    return found
+    try:
+        if key.startswith("protocol."):
+            rules = entry.protocol or protocol
+            own: object = getattr(rules, key.removeprefix("protocol."))
+            return own
+        found: Any = entry.config
+        for part in key.split("."):
+            found = found[part]
+        return found
+    except (AttributeError, LookupError, TypeError) as error:
+        raise RunError(f"{entry.name}: expected a value of {key!r}.") from error
 
 
 def texts_of(values: Values) -> list[str]:

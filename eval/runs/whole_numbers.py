@@ -9,6 +9,8 @@ from beacon_mj.errors import RunError
 
 _SEED, _SCENES = WHOLE_NUMBERS["seed"], WHOLE_NUMBERS["scenes_per_family"]
 Seed = Annotated[int, Meta(ge=_SEED[0], le=_SEED[1])]
+#: Planners times scenes of a run; nothing that long ends.
+MAX_EPISODES = 10**6
 SceneCount = Annotated[int, Meta(ge=_SCENES[0], le=_SCENES[1])]
 
 
@@ -26,4 +28,13 @@ def check_whole_numbers(**given: object) -> None:
         raise RunError(
             f"--{name.replace('_', '-')}: expected a whole number from {low} to {high} "
             f"but it was {value!r}."
+        )
+
+
+def check_episodes(scenes: int, planners: int = 1) -> None:
+    """Raise RunError if a run has too many episodes, before there is any of them."""
+    if scenes * planners > MAX_EPISODES:
+        raise RunError(
+            f"Expected a run of at most {MAX_EPISODES} episodes but {scenes} scenes "
+            f"and {planners} planners are {scenes * planners}."
         )

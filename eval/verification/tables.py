@@ -12,8 +12,10 @@ from beacon_mj.eval.metrics.row import Row
 from beacon_mj.eval.runs.config import RunConfig, SceneRef
 from beacon_mj.eval.runs.frame import frame
 from beacon_mj.eval.runs.run_folder import (
+    BAD_JSON,
     CONFIG,
     LINES,
+    MAX_BYTES,
     REPORT,
     SUMMARY,
     TABLE,
@@ -25,6 +27,7 @@ from beacon_mj.eval.runs.runner import plan
 from beacon_mj.eval.statistics.results import Results
 from beacon_mj.eval.statistics.summary import summarize
 from beacon_mj.eval.verification.checks import Check
+from beacon_mj.regular_files import read_regular
 
 TOLERANCE = 1e-9  #: Relative; means and bootstraps are no part of what is bit-equal.
 
@@ -126,8 +129,8 @@ def _summary(run: Path, rows: Sequence[Row]) -> Iterator[str]:
         yield f"{path}: is not there: the run is unfinished"
         return
     try:
-        stored = msgspec.json.decode(path.read_bytes())
-    except msgspec.DecodeError as error:
+        stored = msgspec.json.decode(read_regular(path, MAX_BYTES))
+    except (*BAD_JSON, OSError) as error:
         yield f"{path}: not valid JSON: {error}"
         return
     ours = msgspec.json.decode(msgspec.json.encode(summarize(rows)))
@@ -171,7 +174,7 @@ def _report(run: Path, config: RunConfig, rows: Sequence[Row]) -> Iterator[str]:
     from beacon_mj.eval.report.check import page_problem  # Draws: half a second.
 
     try:
-        page = path.read_text(encoding="utf-8")
+        page = read_regular(path, MAX_BYTES).decode()
         problem = page_problem(page, Results(run, config, rows))
     except (BeaconError, OSError, UnicodeDecodeError) as error:
         problem = str(error)
