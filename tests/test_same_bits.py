@@ -65,6 +65,7 @@ ALLOWED = {
     ("scene_gen/geom_points.py", "from scipy.spatial import ConvexHull, QhullError"): (
         _QHULL
     ),
+    ("scene_gen/limited_reader.py", "import scipy.spatial"): _QHULL,
     ("planners/contact/force_scale.py", "math.erfc"): _ERFC,
     ("scene_gen/learning/latents.py", "math.erfc"): (
         "libm's scalar function, in a chance that is rounded to 12 places"

@@ -4,6 +4,7 @@ An obstacle has the colour of its true class, the ball above it that of the plan
 belief: the classes' colours, mixed by their probabilities.
 """
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
@@ -93,7 +94,7 @@ def _mixed(
 ) -> Iterator[float]:
     """Yield red, green and blue of a belief."""
     for channel in zip(*colours, strict=True):
-        yield sum(p * c for p, c in zip(belief, channel, strict=True))
+        yield math.fsum(p * c for p, c in zip(belief, channel, strict=True))
 
 
 def _legend(update: Any, world: World) -> None:

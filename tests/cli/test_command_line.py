@@ -116,7 +116,7 @@ def evaluated(*arguments: str) -> int:
         ("replay nowhere.mcap --metrics", "nowhere.mcap: cannot read"),
         ("replay nowhere.mcap", "expected what to do with it"),
         ("verify nowhere.mcap", "nowhere.mcap: cannot read"),
-        ("verify", "PATH"),
+        ("verify", "expected a path, or --published"),
         ("eval --planner bug1 --episodes 3", "--episodes was renamed: use --scenes-"),
         ("generate --out x --episodes=3", "--episodes was renamed: use --scenes-per"),
         ("eval --planner bug1 --scenes x", "--scenes was renamed: use --scene-dir"),

@@ -25,7 +25,7 @@ from tests.repository import REPOSITORY
 EPISODES = 8
 RUN = [
     "--planner", "push-through", "--planner", "bug1", "--family", "sparse",
-    "-n", str(EPISODES // 2), "--no-report",
+    "--no-report", "-n", str(EPISODES // 2),
 ]  # fmt: skip
 #: Forks runs that need not import and compile first, which is most of a small run.
 SERVER = multiprocessing.get_context("forkserver")
