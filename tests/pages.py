@@ -75,7 +75,9 @@ def in_small(command: str) -> str:
     few = 3 if "revisited" in command else 1  # Missions are whole, of three days.
     if found := _SCENES.search(command):
         return command if int(found[1]) <= 10 else _SCENES.sub(f"-n {few}", command)
-    return command if "--resume" in command else f"{command} -n {few}"
+    # What goes on with a run has the options of the run, or names none.
+    named = "--planner" in command or "--resume" not in command
+    return f"{command} -n {few}" if named else command
 
 
 def run(command: str, folder: Path) -> subprocess.CompletedProcess[str]:
