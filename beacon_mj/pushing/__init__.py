@@ -1,0 +1,1 @@
+"""What a push sets in motion: the models that planners and the planar world share."""
