@@ -6,14 +6,16 @@ from collections.abc import Mapping
 from typing import Annotated, Any, Literal, TypeVar, get_args, get_type_hints
 
 import msgspec
-from msgspec import Meta
+from msgspec import UNSET, Meta, UnsetType
 
 from beacon_mj.constants import GRAVITY
 from beacon_mj.errors import RunError, unknown
 from beacon_mj.interface import SensorSheet
+from beacon_mj.pushing import PushModel
 from beacon_mj.scene import Scene, Sensing
 from beacon_mj.scene_gen.perception import force_errors
 
+WorldKind = Literal["mujoco", "planar"]
 #: Sensing radius beyond every workspace [m].
 EVERYTHING_M = 100.0
 #: Key of the value at which a field hides nothing. Every field that makes the sensor
@@ -71,6 +73,9 @@ class Protocol(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
             family's, or 0.
         overnight: How each further day of a mission finds the room: `restored`, as the
             scene has it, or `as_left` by the planner on the day before.
+        world: The world: `mujoco`, as if unset, or `planar`, the paper's.
+        planar_push: How the planar world pushes: as the `paper` prints it, as if unset,
+            or by `limit-surface`, quasi-static pushing with rotation.
     """
 
     sensing_radius_m: (
@@ -100,6 +105,10 @@ class Protocol(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
         Annotated[float, Meta(ge=0.0, le=1.0, extra={_CERTAIN: 0.0})] | None
     ) = None
     overnight: Literal["restored", "as_left"] = "restored"
+    # Fields that were added later are left out of logs and runs in which they are not
+    # set, so that those keep their bytes.
+    world: WorldKind | UnsetType = UNSET
+    planar_push: PushModel | UnsetType = UNSET
 
     @classmethod
     def preset(cls, name: str) -> "Protocol":
@@ -127,6 +136,8 @@ class Protocol(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
         """
         for field in msgspec.structs.fields(self):
             value = getattr(self, field.name)
+            if value is UNSET:
+                continue
             plain = float(value) if isinstance(value, float) else value
             try:
                 msgspec.convert(plain, field.type)
@@ -136,6 +147,16 @@ class Protocol(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
                     f"Expected protocol.{field.name} to be {wanted.replace('`', '')} "
                     f"but it was {value!r}."
                 ) from problem
+
+    @property
+    def is_planar(self) -> bool:
+        """Whether episodes run in the planar world."""
+        return self.world == "planar"
+
+    @property
+    def push_model(self) -> PushModel:
+        """How the planar world pushes."""
+        return "paper" if isinstance(self.planar_push, UnsetType) else self.planar_push
 
     def motion_cost(self, scene: Scene) -> float:
         """Return kappa_d for the scene's robot [J/m]."""

@@ -15,13 +15,14 @@ from beacon_mj.episode.rollout import truth_about
 from beacon_mj.episode.routes import route_graph
 from beacon_mj.episode.sensor import Sensor
 from beacon_mj.episode.trace import Outcome, StepRecord, Trace
+from beacon_mj.episode.worlds import is_world_of, world_of
 from beacon_mj.errors import PlannerError, SceneError, one_line
 from beacon_mj.interface import Command, Observation, Task
 from beacon_mj.numerics import norm, norms
 from beacon_mj.planners.base import Planner
 from beacon_mj.planners.oracle.truth import Oracle
 from beacon_mj.scene import Scene
-from beacon_mj.world import BaseWorld, SimulationError, StepOutcome, World
+from beacon_mj.world import BaseWorld, SimulationError, StepOutcome
 from beacon_mj.world.overnight import Left
 
 
@@ -99,7 +100,8 @@ def run_episode(
         episode with an outcome that says so; nothing is raised for it.
 
     Raises:
-        SceneError: If the scene is not valid, or `world` is another's.
+        SceneError: If the scene is not valid, or `world` is another's or of another
+            kind.
     """
     began = time.perf_counter()
     protocol = Protocol() if protocol is None else protocol
@@ -108,11 +110,16 @@ def run_episode(
             f"Expected a world of scene {scene.name} but it is of {world.scene.name}, "
             "or of another version of it."
         )
+    if world is not None and not is_world_of(world, protocol):
+        raise SceneError(
+            f"Expected the world that the protocol asks for but it was another kind: "
+            f"{type(world).__name__}."
+        )
     if world is not None or left is not None:
-        world = world or World(scene, protocol.timestep_s)
+        world = world or world_of(scene, protocol)
         world.reset(left)
     else:
-        world = World(scene, protocol.timestep_s)
+        world = world_of(scene, protocol)
     sensor = Sensor(world, protocol)
     observation = sensor.observe(None, 1.0)
     told = isinstance(planner, Oracle) if oracle is None else oracle

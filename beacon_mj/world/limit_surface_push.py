@@ -66,15 +66,14 @@ class LimitSurfacePush:
         touches, work = Touches(), 0.0
         for _ in range(pieces):
             touches = Touches()
-            moved = self._piece(position, travel / pieces, command, touches)
-            work += -dot(touches.on(self._robot), moved)
-            position = position + moved
+            moved, spent = self._piece(position, travel / pieces, command, touches)
+            position, work = position + moved, work + spent
         return position, touches, work
 
     def _piece(
         self, position: Array, travel: Array, command: Array, touches: Touches
-    ) -> Array:
-        """Move what is pushed; return how far the disc gets."""
+    ) -> tuple[Array, float]:
+        """Move what is pushed; return how far the disc gets, and the work [J]."""
         room = self._room
         count = find_contacts(
             position, self._radius_m, norm(travel), room.cores, room.radius,
@@ -89,10 +88,17 @@ class LimitSurfacePush:
                 break
             stands[stuck] = True
         else:
-            return np.zeros(2)
+            return np.zeros(2), 0.0
         self._apply(bodies, motion)
         self._note(force, travel, command, count, stands, touches)
-        return free
+        return free, self._work_j(force, free, count)
+
+    def _work_j(self, force: Array, travel: Array, count: int) -> float:
+        """Return the work of the disc's contacts, from where their gaps are closed."""
+        own = np.flatnonzero(self._footprints[:count, 0] == ROBOT)
+        return math.fsum(
+            force[k] * (dot(self._normals[k], travel) - self._gaps[k]) for k in own
+        )
 
     def _stands(self, count: int) -> NDArray[np.bool_]:
         """Return which contacts of the disc are with what cannot move, (count,)."""

@@ -1,20 +1,20 @@
 """The planar world of the paper: a quasi-static disc among polygons (III.B).
 
-The robot moves at the commanded velocity, without inertia. What it runs into gives way
-by a push model, or stops it, and it slides along. Between two readings of the contact
-forces, 10 ms, it travels 5 mm at most. Nothing rolls, falls over or coasts.
+The robot follows the command as its drive can. What it runs into gives way by a push
+model, or stops it, and it slides along. Between two readings of the contact forces,
+10 ms, it travels 5 mm at most. Nothing rolls, falls over or coasts.
 """
 
 import math
 from collections.abc import Mapping
 from functools import cached_property
-from typing import Literal
 
 import mujoco
 import numpy as np
 
 from beacon_mj.geometry import Array
 from beacon_mj.numerics import norm
+from beacon_mj.pushing import PushModel
 from beacon_mj.scene import Scene
 from beacon_mj.scene_gen.mjcf import TIMESTEP_S, scene_mjcf
 from beacon_mj.world.base import BaseWorld
@@ -24,15 +24,16 @@ from beacon_mj.world.outcome import Damage, StepOutcome
 from beacon_mj.world.overnight import Left
 from beacon_mj.world.paper_push import PaperPush
 from beacon_mj.world.planar_contacts import Touches
+from beacon_mj.world.planar_drive import driven, limited
 from beacon_mj.world.planar_room import Room
 
-PushModel = Literal["paper", "limit-surface"]
 MODELS: Mapping[PushModel, type[PaperPush | LimitSurfacePush]] = {
     "paper": PaperPush,
     "limit-surface": LimitSurfacePush,
 }
 #: Physics steps between two readings of the forces: there is no stiff bumper to follow.
 _STEPS = 5
+_HELD_M = 1e-9  #: Travel that is missing where something holds the disc [m].
 _NEAR_M = 1e-6  #: Room beyond its way within which the disc is alone [m].
 
 
@@ -79,19 +80,19 @@ class PlanarWorld(BaseWorld):
         self._room.place()
         self._position = np.array(self.scene.start_m)
         self._velocity, self._bumper_n = np.zeros(2), np.zeros(2)
+        self._full = False
         self._bodies.reset()
         self._write()
 
     def step(self, velocity_mps: Array) -> StepOutcome:
         """Apply a velocity command for one control period; see `BaseWorld.step`."""
-        command = self._limited(velocity_mps)
+        command = limited(velocity_mps, self.scene.robot.speed_mps)
         self._pairs.begin_step()
         damages: list[Damage] = []
         work = self._advance(command, damages)
         self._step += 1
         self._write()
-        effort = min(1.0, norm(self._bumper_n) / self.scene.robot.force_max_n)
-        return self._outcome(self._pair_forces(), work, effort, damages)
+        return self._outcome(self._pair_forces(), work, self._effort, damages)
 
     @property
     def position_m(self) -> Array:
@@ -125,17 +126,16 @@ class PlanarWorld(BaseWorld):
         self._copy_into(data)
         return data
 
-    def _limited(self, velocity_mps: Array) -> Array:
-        speed, limit = norm(velocity_mps), self.scene.robot.speed_mps
-        return velocity_mps * (limit / speed) if speed > limit else velocity_mps
-
     def _advance(self, command: Array, damages: list[Damage]) -> float:
         """Drive for one control period; return the work of the drives [J]."""
-        period_s = self.scene.robot.control_period_s
-        if self._is_alone(norm(command) * period_s):
-            self._position = self._position + period_s * command
-            self._velocity, self._bumper_n = command, np.zeros(2)
-            return 0.0
+        robot = self.scene.robot
+        period_s, fastest = robot.control_period_s, max(norm(command), self._speed)
+        if self._is_alone(fastest * period_s):
+            free = driven(self._velocity, command, robot, period_s)
+            self._position = self._position + free.travel_m
+            self._velocity, self._full = free.velocity_mps, free.full
+            self._bumper_n = np.zeros(2)
+            return free.work_j
         speed = norm(command)
         direction = command / speed if speed > 0.0 else command
         works = [
@@ -148,13 +148,28 @@ class PlanarWorld(BaseWorld):
     ) -> float:
         """Drive until the forces are read again; return the work [J]."""
         before, step_s = self._position, self._timestep_s
+        free = driven(self._velocity, command, self.scene.robot, step_s)
         self._position, touches, work = self._model.advance(
-            before, step_s * command, direction
+            before, free.travel_m, direction
         )
-        self._velocity = (self._position - before) / step_s
+        held = self._position - before - free.travel_m
+        self._velocity = free.velocity_mps
+        if norm(held) > _HELD_M:
+            self._velocity = (self._position - before) / step_s
+        self._full = free.full
         time_s = self._step * self.scene.robot.control_period_s + (k + 1) * step_s
         self._read(touches, command, time_s, damages)
-        return work
+        return work + free.work_j
+
+    @property
+    def _speed(self) -> float:
+        return norm(self._velocity)
+
+    @property
+    def _effort(self) -> float:
+        """Drive force over its limit, in [0, 1]."""
+        pressed = norm(self._bumper_n) / self.scene.robot.force_max_n
+        return 1.0 if self._full else min(1.0, pressed)
 
     def _read(
         self, touches: Touches, command: Array, time_s: float, damages: list[Damage]
