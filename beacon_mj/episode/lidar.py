@@ -9,7 +9,7 @@ import numpy as np
 from beacon_mj.geometry import Array
 from beacon_mj.interface import Scan, SensorSheet
 from beacon_mj.streams import stream
-from beacon_mj.world import World
+from beacon_mj.world import BaseWorld
 from beacon_mj.world.lidar import Lidar
 
 
@@ -25,7 +25,7 @@ class Scanner:
     real lidar.
     """
 
-    def __init__(self, world: World, sheet: SensorSheet) -> None:
+    def __init__(self, world: BaseWorld, sheet: SensorSheet) -> None:
         """Mount the lidar of a data sheet that has beams."""
         scene = world.scene
         self._lidar = Lidar(world, sheet.lidar_beams, sheet.lidar_range_m)

@@ -21,17 +21,19 @@ from beacon_mj.numerics import norm, norms
 from beacon_mj.planners.base import Planner
 from beacon_mj.planners.oracle.truth import Oracle
 from beacon_mj.scene import Scene
-from beacon_mj.world import SimulationError, StepOutcome, World
+from beacon_mj.world import BaseWorld, SimulationError, StepOutcome, World
 from beacon_mj.world.overnight import Left
 
 
 class Listener(Interface):
     """Something that follows an episode while it runs, such as a recorder."""
 
-    def begin(self, trace: Trace, world: World, observation: Observation) -> None:
+    def begin(self, trace: Trace, world: BaseWorld, observation: Observation) -> None:
         """Take note of the start, before the first decision."""
 
-    def step(self, record: StepRecord, world: World, observation: Observation) -> None:
+    def step(
+        self, record: StepRecord, world: BaseWorld, observation: Observation
+    ) -> None:
         """Take note of one control step and the observation after it."""
 
     def end(self, trace: Trace) -> None:
@@ -69,7 +71,7 @@ def run_episode(
     protocol: Protocol | None = None,
     seed: int = 0,
     listeners: Sequence[Listener] = (),
-    world: World | None = None,
+    world: BaseWorld | None = None,
     oracle: bool | None = None,
     left: Left | None = None,
     goes_on: bool = False,
@@ -151,7 +153,7 @@ class _Loop:
         self,
         trace: Trace,
         door: Door,
-        world: World,
+        world: BaseWorld,
         sensor: Sensor,
         listeners: Sequence[Listener],
     ) -> None:

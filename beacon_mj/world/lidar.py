@@ -12,7 +12,7 @@ import numpy as np
 from beacon_mj.geometry import Array
 from beacon_mj.interface import beam_angles
 from beacon_mj.numerics import unit_vectors
-from beacon_mj.world.world import World
+from beacon_mj.world.base import BaseWorld
 
 #: The group of geoms that rays pass through; of MuJoCo's six the last.
 _INVISIBLE = 5
@@ -25,7 +25,7 @@ class Lidar:
     physics.
     """
 
-    def __init__(self, world: World, beams: int, range_m: float) -> None:
+    def __init__(self, world: BaseWorld, beams: int, range_m: float) -> None:
         """Mount a lidar.
 
         Args:
