@@ -212,7 +212,7 @@ class Scan:
 
 def beam_angles(beams: int) -> Array:
     """Return the directions of `beams` beams, evenly all round, shape (n,) [rad]."""
-    return np.arange(beams) * (2.0 * math.pi / max(beams, 1))
+    return np.arange(beams, dtype=np.float64) * (2.0 * math.pi / max(beams, 1))
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)

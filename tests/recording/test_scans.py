@@ -1,7 +1,7 @@
 """The lidar's scans in logs: written, read, proved, exported, drawn."""
 
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ from beacon_mj.recording.container import Container
 from beacon_mj.recording.messages import message
 from beacon_mj.recording.scans import SCAN_TOPIC, scan_points
 from beacon_mj.rendering.panel import panel_svg
-from beacon_mj.world import World
+from beacon_mj.world import BaseWorld, World
 from tests.recording.samples import PushThrough, record, rewrite, row
 from tests.worlds import cached_scene
 
@@ -33,16 +33,18 @@ class Witness:
         self.scans: list[Scan] = []
         self.places: list[np.ndarray] = []
 
-    def begin(self, trace: Trace, world: World, observation: Observation) -> None:
+    def begin(self, trace: Trace, world: BaseWorld, observation: Observation) -> None:
         self._note(world, observation)
 
-    def step(self, record: StepRecord, world: World, observation: Observation) -> None:
+    def step(
+        self, record: StepRecord, world: BaseWorld, observation: Observation
+    ) -> None:
         self._note(world, observation)
 
     def end(self, trace: Trace) -> None:
         pass
 
-    def _note(self, world: World, observation: Observation) -> None:
+    def _note(self, world: BaseWorld, observation: Observation) -> None:
         assert observation.scan is not None
         self.scans.append(observation.scan)
         self.places.append(world.position_m)
@@ -140,10 +142,11 @@ def test_a_bag_holds_the_scans(scanned: Scanned, tmp_path: Path) -> None:
     from beacon_mj.recording.ros2 import export_ros2
 
     export_ros2(scanned.path, tmp_path / "bag")
-    scans, frames = [], []
+    scans: list[tuple[int, Any]] = []
+    frames: list[Any] = []
     with AnyReader([tmp_path / "bag"]) as reader:
         for connection, time_ns, data in reader.messages():
-            found = reader.deserialize(data, connection.msgtype)
+            found: Any = reader.deserialize(data, connection.msgtype)
             if connection.topic == SCAN_TOPIC:
                 assert connection.msgtype == "sensor_msgs/msg/LaserScan"
                 scans.append((time_ns, found))

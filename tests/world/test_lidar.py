@@ -23,8 +23,8 @@ UPRIGHT = (shapes.Box, shapes.Cylinder, shapes.Prism)
 def room_m(angle: float, position: Array) -> float:
     """Return the distance to the walls of a room of 6 x 6 m along one direction."""
     c, s = math.cos(angle), math.sin(angle)
-    x, y = position
-    walls = [(6.0 - x) / c if c > 0 else -x / c] if abs(c) > 1e-12 else []
+    x, y = position.tolist()
+    walls: list[float] = [(6.0 - x) / c if c > 0 else -x / c] if abs(c) > 1e-12 else []
     walls += [(6.0 - y) / s if s > 0 else -y / s] if abs(s) > 1e-12 else []
     return min(walls)
 
