@@ -14,17 +14,19 @@ from beacon_mj.errors import SceneError, one_line
 from beacon_mj.interface import Command, Observation, Task
 from beacon_mj.numerics import norm, norms
 from beacon_mj.scene import Scene
-from beacon_mj.world import SimulationError, StepOutcome, World
+from beacon_mj.world import BaseWorld, SimulationError, StepOutcome, World
 from beacon_mj.world.overnight import Left
 
 
 class Listener(Interface):
     """Something that follows an episode while it runs, such as a recorder."""
 
-    def begin(self, trace: Trace, world: World, observation: Observation) -> None:
+    def begin(self, trace: Trace, world: BaseWorld, observation: Observation) -> None:
         """Take note of the start, before the first decision."""
 
-    def step(self, record: StepRecord, world: World, observation: Observation) -> None:
+    def step(
+        self, record: StepRecord, world: BaseWorld, observation: Observation
+    ) -> None:
         """Take note of one control step and the observation after it."""
 
     def end(self, trace: Trace) -> None:
@@ -77,7 +79,7 @@ class Episode:
         *,
         seed: int = 0,
         listeners: Sequence[Listener] = (),
-        world: World | None = None,
+        world: BaseWorld | None = None,
         oracle: bool = False,
         left: Left | None = None,
         suite: str | None = None,
@@ -178,8 +180,8 @@ class Episode:
 
 
 def _at_start(
-    scene: Scene, protocol: Protocol, world: World | None, left: Left | None
-) -> World:
+    scene: Scene, protocol: Protocol, world: BaseWorld | None, left: Left | None
+) -> BaseWorld:
     """Return a world of the scene at the start of the episode."""
     if world is not None and world.scene != scene:
         raise SceneError(

@@ -14,7 +14,7 @@ from beacon_mj.errors import PlannerError
 from beacon_mj.planners.base import Planner
 from beacon_mj.planners.oracle.truth import Oracle
 from beacon_mj.scene import Scene
-from beacon_mj.world import World
+from beacon_mj.world import BaseWorld
 from beacon_mj.world.overnight import Left
 
 
@@ -25,7 +25,7 @@ def run_episode(
     protocol: Protocol | None = None,
     seed: int = 0,
     listeners: Sequence[Listener] = (),
-    world: World | None = None,
+    world: BaseWorld | None = None,
     oracle: bool | None = None,
     left: Left | None = None,
     goes_on: bool = False,

@@ -18,7 +18,7 @@ from beacon_mj.geometry import Array, Footprint, Footprints, Mask
 from beacon_mj.interface import Contact, Observation, PushEvidence, SensedObstacle
 from beacon_mj.numerics import norm
 from beacon_mj.streams import stream
-from beacon_mj.world import StepOutcome, World
+from beacon_mj.world import BaseWorld, StepOutcome
 from beacon_mj.world.outcome import ROBOT
 from beacon_mj.world.pushes import AttemptEnd
 
@@ -26,7 +26,7 @@ from beacon_mj.world.pushes import AttemptEnd
 class Sensor:
     """Turns the state of one world into observations, and remembers sightings."""
 
-    def __init__(self, world: World, protocol: Protocol) -> None:
+    def __init__(self, world: BaseWorld, protocol: Protocol) -> None:
         """Sense `world` under `protocol`; the noise stream is the scene's own."""
         self._world = world
         scene = world.scene

@@ -29,7 +29,7 @@ from beacon_mj.recording.messages import schema_data
 from beacon_mj.recording.schemas import SCENE_NAME, TOPICS, WORLD_NAME
 from beacon_mj.recording.timeline import Timeline
 from beacon_mj.recording.writer import LogWriter
-from beacon_mj.world import World
+from beacon_mj.world import BaseWorld
 
 
 class Recorder:
@@ -58,7 +58,7 @@ class Recorder:
         self._writer: Any = None
         self._time_ns = 0
 
-    def begin(self, trace: Trace, world: World, observation: Observation) -> None:
+    def begin(self, trace: Trace, world: BaseWorld, observation: Observation) -> None:
         """Open the file and write everything known before the first decision."""
         with self._writing():
             self._open(trace, world)
@@ -72,7 +72,9 @@ class Recorder:
             self._put("/step", encoding.start_message(world, observation))
             self._writer.flush()
 
-    def step(self, record: StepRecord, world: World, observation: Observation) -> None:
+    def step(
+        self, record: StepRecord, world: BaseWorld, observation: Observation
+    ) -> None:
         """Write one control step; `/step` last, as the mark that it is whole."""
         time_ns = round(record.outcome.time_s * NS)
         with self._writing():
@@ -110,7 +112,7 @@ class Recorder:
                 ) from error
             raise
 
-    def _open(self, trace: Trace, world: World) -> None:
+    def _open(self, trace: Trace, world: BaseWorld) -> None:
         """Write header, metadata and attachments, and register the channels."""
         self.path.parent.mkdir(parents=True, exist_ok=True)
         versions = provenance.log_versions()
@@ -146,7 +148,7 @@ class Recorder:
             channel = Channel(number, topic, "protobuf", {}, schemas[TOPICS[topic]])
             self._writer.define(channel)
 
-    def _reset(self, world: World) -> None:
+    def _reset(self, world: BaseWorld) -> None:
         """Forget what was written last."""
         self._time_ns = 0
         self._state = encoding.StateDelta()
@@ -205,7 +207,7 @@ class Recorder:
             split = path[:0], len(path)
         return split
 
-    def _log_poses(self, world: World, before_ns: int) -> None:
+    def _log_poses(self, world: BaseWorld, before_ns: int) -> None:
         """Write where the robot is, and where what moves is."""
         position, now_ns = world.position_m, self._time_ns
         self._put("/tf", robot_transform(position, now_ns))
@@ -215,7 +217,7 @@ class Recorder:
         if now_ns % NS == 0:
             self._put("/robot", encoding.robot_message(position, now_ns))
 
-    def _log_state(self, world: World, step: int) -> None:
+    def _log_state(self, world: BaseWorld, step: int) -> None:
         data = world.data
         self._put("/state", self._state.message(step, data.qpos, data.qvel))
 
@@ -234,7 +236,7 @@ class Recorder:
             self._visible = visible
             self._put("/sensed", encoding.sensed_message(visible, updated))
 
-    def _log_outcome(self, record: StepRecord, world: World) -> None:
+    def _log_outcome(self, record: StepRecord, world: BaseWorld) -> None:
         """Write contacts, push attempts, damage, and what they mean in words."""
         outcome = record.outcome
         if outcome.contacts:
