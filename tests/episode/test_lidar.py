@@ -7,9 +7,10 @@ import msgspec
 import numpy as np
 import pytest
 
+from beacon_mj.episode.episode import make_task
 from beacon_mj.episode.lidar import Scanner
 from beacon_mj.episode.protocol import Protocol
-from beacon_mj.episode.run import make_task, run_episode
+from beacon_mj.episode.run import run_episode
 from beacon_mj.episode.sealed import Sealer
 from beacon_mj.episode.sensor import Sensor
 from beacon_mj.eval.runs.isolation.wire import Changes, Picture
