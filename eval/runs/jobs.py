@@ -10,9 +10,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from beacon_mj.episode.episode import Listener
 from beacon_mj.episode.mission import Mission
 from beacon_mj.episode.protocol import Protocol
-from beacon_mj.episode.run import Listener
 from beacon_mj.episode.trace import Outcome, Trace
 from beacon_mj.episode.worlds import world_of
 from beacon_mj.errors import RunError

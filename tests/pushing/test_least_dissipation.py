@@ -1,6 +1,7 @@
 """Pushing by least dissipation, against closed forms and a general minimiser."""
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 import pytest
@@ -17,7 +18,7 @@ def solved(
     points: Array,
     friction: Array,
     bodies: list[tuple[int, int]],
-    arms: list[tuple[float, ...]],
+    arms: Sequence[tuple[float, ...]],
     gaps: list[float] | None = None,
     travel: Array = TRAVEL,
 ) -> tuple[Array, Array, float]:
