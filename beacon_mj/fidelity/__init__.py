@@ -8,7 +8,16 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from types import MappingProxyType
 
 from beacon_mj.errors import RunError, unknown
-from beacon_mj.fidelity import corner, energy, friction, impact, mass, pushing, repeat
+from beacon_mj.fidelity import (
+    corner,
+    energy,
+    friction,
+    impact,
+    mass,
+    off_centre,
+    pushing,
+    repeat,
+)
 from beacon_mj.fidelity.law import Law
 from beacon_mj.fidelity.table import Fidelity
 
@@ -23,6 +32,7 @@ CHECKS: Mapping[str, tuple[Callable[[], list[Law]], ...]] = MappingProxyType(
         "work": (pushing.work,),
         "row": (pushing.row_of_boxes,),
         "saturation": (pushing.saturation,),
+        "off-centre": (off_centre.off_centre,),
         "impact": (impact.spring,),
         "momentum": (impact.momentum,),
         "damage": (impact.damage,),

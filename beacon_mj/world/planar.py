@@ -198,8 +198,7 @@ class PlanarWorld(BaseWorld):
 
     def _write(self) -> None:
         """Write the robot into the generalised positions, as MuJoCo has them."""
-        stiffness = self.scene.robot.bumper_stiffness_npm
-        self._room.set_robot(self._position, self._bumper_n / stiffness)
+        self._room.set_robot(self._position)
         if "data" in vars(self):
             self._copy_into(self.data)
 
