@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from beacon_mj.episode.protocol import Protocol
-from beacon_mj.episode.run import Listener, run_episode
+from beacon_mj.episode.run import Listener, run_episode, world_of
 from beacon_mj.episode.trace import Trace
 from beacon_mj.errors import SceneError
 from beacon_mj.planners.base import Planner
@@ -57,7 +57,7 @@ class Mission:
             The day's trace.
         """
         if world is None:
-            world = World(scene, self._protocol.timestep_s)
+            world = world_of(scene, self._protocol)
         left = None if self._yesterday is None else as_left(self._yesterday, scene)
         trace = run_episode(
             scene,

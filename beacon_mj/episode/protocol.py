@@ -6,13 +6,15 @@ from collections.abc import Mapping
 from typing import Annotated, Any, Literal, TypeVar, get_args, get_type_hints
 
 import msgspec
-from msgspec import Meta
+from msgspec import UNSET, Meta, UnsetType
 
 from beacon_mj.constants import GRAVITY
 from beacon_mj.errors import RunError, unknown
 from beacon_mj.interface import SensorSheet
-from beacon_mj.scene import Scene, Sensing
+from beacon_mj.scene import Robot, Scene, Sensing
 from beacon_mj.scene_gen.perception import force_errors
+from beacon_mj.scene_gen.robot_contract import fitted
+from beacon_mj.scene_gen.robots import RobotFile, robot_in
 
 #: Sensing radius beyond every workspace [m].
 EVERYTHING_M = 100.0
@@ -71,6 +73,8 @@ class Protocol(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
             family's, or 0.
         overnight: How each further day of a mission finds the room: `restored`, as the
             scene has it, or `as_left` by the planner on the day before.
+        robot: The robot, a name of `beacon-mj robots` or a file of your own; if unset,
+            the family's, or the disc. Its whole file is recorded.
     """
 
     sensing_radius_m: (
@@ -100,6 +104,7 @@ class Protocol(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
         Annotated[float, Meta(ge=0.0, le=1.0, extra={_CERTAIN: 0.0})] | None
     ) = None
     overnight: Literal["restored", "as_left"] = "restored"
+    robot: RobotFile | UnsetType = UNSET
 
     @classmethod
     def preset(cls, name: str) -> "Protocol":
@@ -127,6 +132,8 @@ class Protocol(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
         """
         for field in msgspec.structs.fields(self):
             value = getattr(self, field.name)
+            if value is UNSET:
+                continue
             plain = float(value) if isinstance(value, float) else value
             try:
                 msgspec.convert(plain, field.type)
@@ -137,11 +144,19 @@ class Protocol(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
                     f"but it was {value!r}."
                 ) from problem
 
+    def robot_of(self, scene: Scene) -> Robot:
+        """Return the numbers of the robot that crosses a scene.
+
+        Raises:
+            TemplateError: If its file does not keep the contract.
+        """
+        return fitted(robot_in(scene, self.robot), scene.robot)
+
     def motion_cost(self, scene: Scene) -> float:
-        """Return kappa_d for the scene's robot [J/m]."""
+        """Return kappa_d for the robot [J/m]."""
         if self.motion_cost_jpm is not None:
             return self.motion_cost_jpm
-        return 0.2 * scene.robot.mass_kg * GRAVITY
+        return 0.2 * self.robot_of(scene).mass_kg * GRAVITY
 
     def step_limit(self, scene: Scene) -> int:
         """Return the control steps after which the outcome is `timeout`."""

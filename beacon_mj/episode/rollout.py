@@ -62,7 +62,8 @@ class _Copy:
 
     @cached_property
     def _world(self) -> World:
-        return World(self._scene, self._protocol.timestep_s)
+        protocol = self._protocol
+        return World(self._scene, protocol.timestep_s, robot=protocol.robot)
 
     @property
     def footprints(self) -> list[Footprint]:

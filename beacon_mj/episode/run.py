@@ -21,8 +21,10 @@ from beacon_mj.numerics import norm, norms
 from beacon_mj.planners.base import Planner
 from beacon_mj.planners.oracle.truth import Oracle
 from beacon_mj.scene import Scene
+from beacon_mj.scene_gen.robots import robot_in
 from beacon_mj.world import SimulationError, StepOutcome, World
 from beacon_mj.world.overnight import Left
+from beacon_mj.world.wheels import TURN_RATE_RADPS
 
 
 class Listener(Interface):
@@ -40,7 +42,8 @@ class Listener(Interface):
 
 def make_task(scene: Scene, protocol: Protocol, seed: int) -> Task:
     """Return what a planner is told about a scene before the first step."""
-    robot, sensor = scene.robot, protocol.sensor(scene)
+    robot, sensor = protocol.robot_of(scene), protocol.sensor(scene)
+    disc = robot_in(scene, protocol.robot).is_disc
     return Task(
         workspace_m=scene.workspace_m,
         start_m=np.array(scene.start_m),
@@ -59,7 +62,14 @@ def make_task(scene: Scene, protocol: Protocol, seed: int) -> Task:
         mission_day=None if scene.day is UNSET else scene.day,
         mission_days=None if scene.days is UNSET else scene.days,
         sensor=sensor,
+        drive="holonomic" if disc else "differential",
+        turn_rate_max_radps=0.0 if disc else TURN_RATE_RADPS,
     )
+
+
+def world_of(scene: Scene, protocol: Protocol) -> World:
+    """Return a world of a scene, with the robot and the physics step of a protocol."""
+    return World(scene, protocol.timestep_s, robot=protocol.robot)
 
 
 def run_episode(
@@ -101,16 +111,22 @@ def run_episode(
     """
     began = time.perf_counter()
     protocol = Protocol() if protocol is None else protocol
+    robot = robot_in(scene, protocol.robot)
+    if world is not None and world.robot_file != robot:
+        raise SceneError(
+            f"Expected a world with robot {robot.name!r}, as the protocol says, but it "
+            f"has {world.robot_file.name!r}, or another version of it."
+        )
     if world is not None and world.scene != scene:
         raise SceneError(
             f"Expected a world of scene {scene.name} but it is of {world.scene.name}, "
             "or of another version of it."
         )
     if world is not None or left is not None:
-        world = world or World(scene, protocol.timestep_s)
+        world = world or world_of(scene, protocol)
         world.reset(left)
     else:
-        world = World(scene, protocol.timestep_s)
+        world = world_of(scene, protocol)
     sensor = Sensor(world, protocol)
     observation = sensor.observe(None, 1.0)
     told = isinstance(planner, Oracle) if oracle is None else oracle
@@ -176,7 +192,7 @@ class _Loop:
                 if command.give_up:
                     self.trace.detail = one_line(command.info.reason)
                     return "gave_up"
-                outcome = self.world.step(command.velocity_mps)
+                outcome = self.world.step(command.velocity_mps, command.turn_rate_radps)
                 observation = self._record(command, outcome, seconds, observation)
                 if (end := self._ended(task)) is not None:
                     return end

@@ -67,6 +67,8 @@ class Sensor:
             map_version=self._version,
             contacts=() if outcome is None else _felt(outcome, gain),
             evidence=() if outcome is None else self._evidence(outcome, gain),
+            heading_rad=world.heading_rad,
+            turn_rate_radps=world.turn_rate_radps,
         )
 
     def _look(self, time_s: float, outcome: StepOutcome | None) -> None:

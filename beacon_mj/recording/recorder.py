@@ -26,7 +26,7 @@ from beacon_mj.recording.frames import Frames, robot_transform
 from beacon_mj.recording.labels import BeliefPicture, labels, rounded_belief
 from beacon_mj.recording.machine import machine
 from beacon_mj.recording.messages import schema_data
-from beacon_mj.recording.schemas import SCENE_NAME, TOPICS, WORLD_NAME
+from beacon_mj.recording.schemas import SCENE_NAME, TOPICS, TURNING, WORLD_NAME
 from beacon_mj.recording.timeline import Timeline
 from beacon_mj.recording.writer import LogWriter
 from beacon_mj.world import World
@@ -131,19 +131,20 @@ class Recorder:
             packed = gzip.compress(data, compresslevel=6, mtime=0)
             attachment = Attachment(0, 0, name + PACKED, "application/gzip", packed)
             self._writer.put(attachment)
-        self._register()
+        turns = world.heading_rad is not None
+        self._register({t: n for t, n in TOPICS.items() if turns or t not in TURNING})
         sheet = trace.protocol.sensor(trace.scene)
         self._misled = sheet.robot_pose_noise_m > 0.0 or sheet.force_noise > 0.0
 
-    def _register(self) -> None:
+    def _register(self, topics: Mapping[str, str]) -> None:
         """Register every topic, and every schema once."""
-        schemas = {name: k for k, name in enumerate(dict.fromkeys(TOPICS.values()), 1)}
+        schemas = {name: k for k, name in enumerate(dict.fromkeys(topics.values()), 1)}
         for name, number in schemas.items():
             schema = Schema(number, schema_data(name), "protobuf", name)
             self._writer.define(schema)
-        self._channels = {topic: k for k, topic in enumerate(TOPICS, 1)}
+        self._channels = {topic: k for k, topic in enumerate(topics, 1)}
         for topic, number in self._channels.items():
-            channel = Channel(number, topic, "protobuf", {}, schemas[TOPICS[topic]])
+            channel = Channel(number, topic, "protobuf", {}, schemas[topics[topic]])
             self._writer.define(channel)
 
     def _reset(self, world: World) -> None:
@@ -170,6 +171,8 @@ class Recorder:
         try:
             head, tail = self._log_path(info)
             self._put("/command", encoding.command_message(command, head, tail))
+            if command.turn_rate_radps is not None:
+                self._put("/turn", encoding.turn_message(command.turn_rate_radps))
             decision = encoding.decision_message(info)
             if decision != self._decision:
                 self._decision = decision
@@ -208,12 +211,13 @@ class Recorder:
     def _log_poses(self, world: World, before_ns: int) -> None:
         """Write where the robot is, and where what moves is."""
         position, now_ns = world.position_m, self._time_ns
-        self._put("/tf", robot_transform(position, now_ns))
+        heading = world.heading_rad or 0.0
+        self._put("/tf", robot_transform(position, now_ns, heading))
         moved = self._frames.moved(world.poses, before_ns, now_ns)
         if moved is not None:
             self._put("/tf/moved", moved)
         if now_ns % NS == 0:
-            self._put("/robot", encoding.robot_message(position, now_ns))
+            self._put("/robot", encoding.robot_message(position, now_ns, heading))
 
     def _log_state(self, world: World, step: int) -> None:
         data = world.data

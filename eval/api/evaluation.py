@@ -31,6 +31,7 @@ def evaluate(
     settings: Values = (),
     vary: VaryValues = (),
     protocol: Protocol | str | None = None,
+    robot: str | Path | None = None,
     scene_dir: str | Path | None = None,
     templates: str | Path | None = None,
     out: str | Path | None = None,
@@ -71,6 +72,8 @@ def evaluate(
             `beacon[push_bias=0.5]`, and the rows have a column a setting.
         protocol: How episodes are run: a protocol, or the name of a preset, `paper` or
             `realistic`; `settings` change it.
+        robot: The robot in all scenes: a name (see `list_robots`) or a file of your
+            own; by default the family's, or the disc.
         scene_dir: Folder of stored scenes, in place of generated ones.
         templates: Folder of your own family templates.
         out: Run folder, new or empty; by default a new one below `runs/`, as for the
@@ -111,6 +114,7 @@ def evaluate(
         seed=seed,
         perception=perception,
         protocol=Protocol.preset(protocol) if isinstance(protocol, str) else protocol,
+        robot=None if robot is None else str(robot),
         scene_dir=None if scene_dir is None else Path(scene_dir),
         templates=None if templates is None else Path(templates),
         log=log,

@@ -4,6 +4,7 @@ import inspect
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
+from msgspec import UNSET
 from rich.table import Table
 
 from beacon_mj.errors import PlannerError
@@ -162,6 +163,8 @@ def field_comments(config: type) -> dict[str, str]:
 
 def settable(value: object) -> str:
     """Return a value as --set takes it."""
+    if value is UNSET:
+        return "unset"
     if isinstance(value, frozenset | set):
         value = sorted(value)
     if isinstance(value, tuple | list):

@@ -12,7 +12,7 @@ import numpy as np
 
 from beacon_mj.episode.mission import Mission
 from beacon_mj.episode.protocol import Protocol
-from beacon_mj.episode.run import Listener
+from beacon_mj.episode.run import Listener, world_of
 from beacon_mj.episode.trace import Outcome, Trace
 from beacon_mj.errors import RunError
 from beacon_mj.eval.metrics.measure import measure
@@ -108,19 +108,20 @@ def run_job(
         suite_of_ref(config, *each) for each in zip(job.refs, scenes, strict=True)
     ]
     out = Attempt([], [])
-    worlds: dict[float, list[World]] = {}
+    worlds: dict[object, list[World]] = {}
     for entry in entries:
-        step = config.protocol_of(entry.name).timestep_s
+        protocol = config.protocol_of(entry.name)
+        kind = protocol.timestep_s, protocol.robot
         try:
-            if step not in worlds:
-                worlds[step] = [World(scene, step) for scene in scenes]
+            if kind not in worlds:
+                worlds[kind] = [world_of(scene, protocol) for scene in scenes]
         except SimulationError as error:
             out.rows.extend(
                 lost_row(config, scene, entry.name, "simulation_error", str(error), own)
                 for scene, own in zip(scenes, suites, strict=True)
             )
             continue
-        days = _days(config, folder, worlds[step], suites, entry, handed)
+        days = _days(config, folder, worlds[kind], suites, entry, handed)
         for row, where in days:
             out.rows.append(row)
             if row.outcome == "planner_error":

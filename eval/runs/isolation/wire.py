@@ -76,6 +76,7 @@ class Act(NamedTuple):
     again: list[tuple[int, float, bool, bool]]
     contacts: list[tuple[str, bytes, float]]
     evidence: list[tuple[Any, ...]]
+    turning: tuple[float | None, float | None]
 
 
 Request = Describe | Tell | Reset | NextDay | Act
@@ -120,6 +121,7 @@ class Decided(msgspec.Struct, frozen=True, array_like=True, tag=2):
     beliefs: dict[str, tuple[float, float, float]]
     replanned: bool
     expansions: int
+    turn_rate: float | None = None
 
 
 Reply = Ready | Failed | Decided
@@ -231,6 +233,7 @@ class Changes:
             again,
             [(c.id, c.normal.tobytes(), c.force_n) for c in now.contacts],
             [tuple(e) for e in now.evidence],
+            (now.heading_rad, now.turn_rate_radps),
         )
 
 
@@ -270,6 +273,8 @@ class Picture:
                 for name, normal, force in act.contacts
             ),
             evidence=tuple(PushEvidence(*e) for e in act.evidence),
+            heading_rad=act.turning[0],
+            turn_rate_radps=act.turning[1],
         )
 
     def _place(self, i: int, obstacle: SensedObstacle) -> None:
@@ -296,6 +301,7 @@ def decided(serial: int, command: Command) -> Decided:
         dict(info.beliefs),
         info.replanned,
         info.expansions,
+        command.turn_rate_radps,
     )
 
 
@@ -316,6 +322,7 @@ def command_of(reply: Decided) -> Command:
             replanned=reply.replanned,
             expansions=reply.expansions,
         ),
+        turn_rate_radps=reply.turn_rate,
     )
 
 
