@@ -44,6 +44,8 @@ FOXGLOVE: Final[dict[str, str]] = {
     "models:*ModelPrimitive",
     "SceneEntityDeletion": "timestamp:Timestamp type:Type id:string",
     "SceneUpdate": "deletions:*SceneEntityDeletion entities:*SceneEntity",
+    "LaserScan": "timestamp:Timestamp frame_id:string pose:Pose start_angle:double "
+    "end_angle:double ranges:*double intensities:*double",
 }
 
 #: Enumerations nested in Foxglove's messages.
@@ -87,7 +89,7 @@ BEACON: Final[dict[str, str]] = {
     "Sensed": "visible:*string updated:*SensedObstacle",
 }
 
-#: Which message each topic carries.
+#: Which message each topic carries. Only logs of robots with a lidar have `/scan`.
 TOPICS: Final[dict[str, str]] = {
     "/tf": "foxglove.FrameTransforms",
     "/tf/start": "foxglove.FrameTransforms",
@@ -112,9 +114,10 @@ TOPICS: Final[dict[str, str]] = {
     "/state": "beacon_mj.State",
     "/step": "beacon_mj.Step",
     "/turn": "beacon_mj.Turn",
+    "/scan": "foxglove.LaserScan",
 }
-#: Those of robots that turn; logs of the disc have no such channels.
-TURNING: Final = frozenset({"/turn"})
+#: Those of robots that turn, or have a lidar; other logs have no such channels.
+OPTIONAL_TOPICS: Final = frozenset({"/scan", "/turn"})
 
 SCENE_NAME: Final = "scene.json"  #: Name of the attached scene.
 WORLD_NAME: Final = "world.xml"  #: Name of the attached MJCF world.

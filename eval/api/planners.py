@@ -4,7 +4,7 @@ import inspect
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from msgspec import UNSET
+from msgspec import UnsetType
 from rich.table import Table
 
 from beacon_mj.errors import PlannerError
@@ -163,10 +163,8 @@ def field_comments(config: type) -> dict[str, str]:
 
 def settable(value: object) -> str:
     """Return a value as --set takes it."""
-    if value is UNSET:
-        return "unset"
     if isinstance(value, frozenset | set):
         value = sorted(value)
     if isinstance(value, tuple | list):
         return f"[{','.join(str(each) for each in value)}]"
-    return str(value).lower() if isinstance(value, bool) else str(value)
+    return str(value).lower() if isinstance(value, bool | UnsetType) else str(value)

@@ -1,7 +1,7 @@
 """One value given as text, such as `0.5,0,0.5`, turned into what its field holds.
 
 Numbers, truth values, words of a `Literal`, lists, tuples and sets of them, with or
-without brackets, and `none` where a field may be None.
+without brackets, `none` where a field may be None, `unset` where it may be left out.
 """
 
 import math
@@ -10,7 +10,7 @@ from collections.abc import Iterable
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 import msgspec
-from msgspec import UnsetType
+from msgspec import UNSET, UnsetType
 
 from beacon_mj.scene_gen.robots import RobotFile, find_robot
 
@@ -37,6 +37,8 @@ def parse_value(text: str, hint: Any) -> Any:
     Raises:
         BadValue: If there is none, or a number in it is not finite.
     """
+    if UnsetType in get_args(hint) and text.lower() == "unset":
+        return UNSET
     try:
         value = msgspec.convert(_structured(text, hint), hint, strict=False)
     except (msgspec.ValidationError, BadValue) as problem:
@@ -55,7 +57,9 @@ def describe(hint: Any) -> str:
             f"{describe(arguments[0])} {limits}" if limits else describe(arguments[0])
         )
     if origin in (Union, types.UnionType):
-        return " or ".join(describe(a) for a in arguments if a is not UnsetType)
+        return " or ".join(describe(each) for each in arguments)
+    if hint is UnsetType:
+        return "unset"
     if origin is Literal:
         return f"one of {', '.join(map(str, arguments))}"
     if origin is tuple and arguments[-1:] != (...,):

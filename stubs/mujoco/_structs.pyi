@@ -104,6 +104,7 @@ class MjModel:
     def from_xml_string(
         xml: str, assets: Mapping[str, bytes] | None = None
     ) -> MjModel: ...
+    def __copy__(self) -> MjModel: ...
 
     nbody: int
     ngeom: int
@@ -122,6 +123,7 @@ class MjModel:
     geom_condim: _Integers
     geom_contype: _Integers
     geom_dataid: _Integers
+    geom_group: _Integers
     geom_pos: _Floats
     geom_priority: _Integers
     geom_quat: _Floats

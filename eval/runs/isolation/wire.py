@@ -23,6 +23,7 @@ from beacon_mj.interface import (
     Observation,
     PlannerInfo,
     PushEvidence,
+    Scan,
     SensedObstacle,
     Task,
 )
@@ -77,6 +78,7 @@ class Act(NamedTuple):
     contacts: list[tuple[str, bytes, float]]
     evidence: list[tuple[Any, ...]]
     turning: tuple[float | None, float | None]
+    scan: tuple[bytes, float] | None
 
 
 Request = Describe | Tell | Reset | NextDay | Act
@@ -234,6 +236,9 @@ class Changes:
             [(c.id, c.normal.tobytes(), c.force_n) for c in now.contacts],
             [tuple(e) for e in now.evidence],
             (now.heading_rad, now.turn_rate_radps),
+            None
+            if now.scan is None
+            else (now.scan.ranges_m.tobytes(), now.scan.range_max_m),
         )
 
 
@@ -275,6 +280,7 @@ class Picture:
             evidence=tuple(PushEvidence(*e) for e in act.evidence),
             heading_rad=act.turning[0],
             turn_rate_radps=act.turning[1],
+            scan=None if act.scan is None else _scan(*act.scan),
         )
 
     def _place(self, i: int, obstacle: SensedObstacle) -> None:
@@ -324,6 +330,10 @@ def command_of(reply: Decided) -> Command:
         ),
         turn_rate_radps=reply.turn_rate,
     )
+
+
+def _scan(ranges: bytes, range_max_m: float) -> Scan:
+    return Scan(ranges_m=np.frombuffer(ranges), range_max_m=range_max_m)
 
 
 def _points(data: bytes) -> Array:
