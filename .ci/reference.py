@@ -91,9 +91,7 @@ def columns() -> str:
     """Return every column of the rows, in order."""
     notes, hints = field_comments(Row), get_type_hints(Row, include_extras=True)
     wall = ", ".join(f"`{name}`" for name in sorted(WALL_CLOCK_COLUMNS))
-    rows = (
-        (f"`{n}`", f"{notes[n]} *{describe(hints[n])}*") for n in Row.__struct_fields__
-    )
+    rows = ((f"`{n}`", f"{notes[n]} *{describe(hints[n])}*") for n in notes)
     return (
         "# Columns\n\nOf `episodes.parquet` and `episodes.jsonl`, in their order; "
         "[Metrics](../metrics.md) has the symbols, and what else to know. Only "

@@ -30,6 +30,7 @@ def evaluate(
             "by default the family's, or the disc."
         ),
     ] = None,
+    world: options.WorldOption = None,
     suite: options.Suite = (),
     family: options.Family = (),
     scenes_per_family: Annotated[
@@ -98,6 +99,7 @@ def evaluate(
         planner,
         protocol=protocol,
         robot=robot,
+        world=world,
         families=family,
         suite=suite,
         scenes_per_family=scenes_per_family,

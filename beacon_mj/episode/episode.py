@@ -10,12 +10,13 @@ from msgspec import UNSET
 from beacon_mj.episode.protocol import Protocol, battery_slope
 from beacon_mj.episode.sensor import Sensor
 from beacon_mj.episode.trace import Outcome, StepRecord, Trace
+from beacon_mj.episode.worlds import is_world_of, world_of
 from beacon_mj.errors import SceneError, one_line
 from beacon_mj.interface import Command, Observation, Task
 from beacon_mj.numerics import norm, norms
 from beacon_mj.scene import Scene
 from beacon_mj.scene_gen.robots import robot_in
-from beacon_mj.world import BaseWorld, SimulationError, StepOutcome, World
+from beacon_mj.world import BaseWorld, SimulationError, StepOutcome
 from beacon_mj.world.overnight import Left
 from beacon_mj.world.wheels import TURN_RATE_RADPS
 
@@ -184,11 +185,6 @@ class Episode:
         return bool(norms(recent - here).max() < radius_m)
 
 
-def world_of(scene: Scene, protocol: Protocol) -> World:
-    """Return a world of a scene, with the robot and the physics step of a protocol."""
-    return World(scene, protocol.timestep_s, robot=protocol.robot)
-
-
 def _at_start(
     scene: Scene, protocol: Protocol, world: BaseWorld | None, left: Left | None
 ) -> BaseWorld:
@@ -203,6 +199,11 @@ def _at_start(
         raise SceneError(
             f"Expected a world of scene {scene.name} but it is of {world.scene.name}, "
             "or of another version of it."
+        )
+    if world is not None and not is_world_of(world, protocol):
+        raise SceneError(
+            "Expected the world that the protocol asks for but it was a "
+            f"{type(world).__name__} of another kind."
         )
     if world is None and left is None:
         return world_of(scene, protocol)

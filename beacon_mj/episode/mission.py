@@ -2,10 +2,11 @@
 
 from collections.abc import Sequence
 
-from beacon_mj.episode.episode import Listener, world_of
+from beacon_mj.episode.episode import Listener
 from beacon_mj.episode.protocol import Protocol
 from beacon_mj.episode.run import run_episode
 from beacon_mj.episode.trace import Trace
+from beacon_mj.episode.worlds import world_of
 from beacon_mj.errors import SceneError
 from beacon_mj.planners.base import Planner
 from beacon_mj.scene import Scene

@@ -11,11 +11,13 @@ from msgspec import UNSET, Meta, UnsetType
 from beacon_mj.constants import GRAVITY
 from beacon_mj.errors import RunError, unknown
 from beacon_mj.interface import SensorSheet
+from beacon_mj.pushing import PushModel
 from beacon_mj.scene import Robot, Scene, Sensing
 from beacon_mj.scene_gen.perception import force_errors
 from beacon_mj.scene_gen.robot_contract import fitted
 from beacon_mj.scene_gen.robots import RobotFile, robot_in
 
+WorldKind = Literal["mujoco", "planar"]
 #: Sensing radius beyond every workspace [m].
 EVERYTHING_M = 100.0
 LIDAR_RANGE_M = 3.5  #: Range of a lidar unless set: LDS-01 of a TurtleBot3 [m].
@@ -83,6 +85,9 @@ class Protocol(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
             then knows what the lidar measures and the bumper feels, and nothing else.
         robot: The robot, a name of `beacon-mj robots` or a file of your own; if unset,
             the family's, or the disc. Its whole file is recorded.
+        world: The world: `mujoco`, as if unset, or `planar`, the paper's.
+        planar_push: How the planar world pushes: as the `paper` prints it, as if unset,
+            or by `limit-surface`, quasi-static pushing with rotation.
     """
 
     sensing_radius_m: (
@@ -132,6 +137,8 @@ class Protocol(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
         | UnsetType
     ) = UNSET
     robot: RobotFile | UnsetType = UNSET
+    world: WorldKind | UnsetType = UNSET
+    planar_push: PushModel | UnsetType = UNSET
 
     @classmethod
     def preset(cls, name: str) -> "Protocol":
@@ -178,6 +185,16 @@ class Protocol(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
             TemplateError: If its file does not keep the contract.
         """
         return fitted(robot_in(scene, self.robot), scene.robot)
+
+    @property
+    def is_planar(self) -> bool:
+        """Whether episodes run in the planar world."""
+        return self.world == "planar"
+
+    @property
+    def push_model(self) -> PushModel:
+        """How the planar world pushes."""
+        return "paper" if isinstance(self.planar_push, UnsetType) else self.planar_push
 
     def motion_cost(self, scene: Scene) -> float:
         """Return kappa_d for the robot [J/m]."""

@@ -50,6 +50,7 @@ def measure(trace: Trace) -> Row:
         perception=scene.perception,
         seed=scene.seed,
         robot=_robot(trace),
+        world="planar" if trace.protocol.is_planar else UNSET,
         outcome=trace.outcome,
         success=success,
         clean_success=success and broken == 0,

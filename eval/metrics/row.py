@@ -7,7 +7,7 @@ undefined, such as a Brier score of a planner without a belief.
 
 import hashlib
 from collections.abc import Iterable
-from typing import Any
+from typing import Any, Literal
 
 import msgspec
 from msgspec import UNSET, UnsetType
@@ -45,6 +45,8 @@ class Row(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True)
     seed: int
     #: Robot, where it is not the disc; rows of the disc have no such column.
     robot: str | UnsetType = UNSET
+    #: World, where it is not MuJoCo's; rows of MuJoCo have no such column.
+    world: Literal["planar"] | UnsetType = UNSET
     #: How the episode ended.
     outcome: Outcome
     #: S: the robot's centre came within the goal tolerance (paper, App. B).
@@ -168,10 +170,12 @@ class Row(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True)
         return {name: value for name, value in found.items() if value is not UNSET}
 
 
-#: Columns of rows other than the disc's.
-OPTIONAL = frozenset({"robot"})
 #: Columns of every row.
-COLUMNS: tuple[str, ...] = tuple(n for n in Row.__struct_fields__ if n not in OPTIONAL)
+COLUMNS: tuple[str, ...] = tuple(
+    field.name for field in msgspec.structs.fields(Row) if field.default is not UNSET
+)
+#: Columns of rows that are not of the disc in MuJoCo.
+OPTIONAL = frozenset(Row.__struct_fields__) - frozenset(COLUMNS)
 
 
 def rows_sha256(rows: Iterable[Row]) -> str:

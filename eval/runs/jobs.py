@@ -10,10 +10,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from beacon_mj.episode.episode import Listener, world_of
+from beacon_mj.episode.episode import Listener
 from beacon_mj.episode.mission import Mission
 from beacon_mj.episode.protocol import Protocol
 from beacon_mj.episode.trace import Outcome, Trace
+from beacon_mj.episode.worlds import world_of
 from beacon_mj.errors import RunError
 from beacon_mj.eval.metrics.measure import measure
 from beacon_mj.eval.metrics.row import Row
@@ -111,7 +112,12 @@ def run_job(
     worlds: dict[object, list[BaseWorld]] = {}
     for entry in entries:
         protocol = config.protocol_of(entry.name)
-        kind = protocol.timestep_s, protocol.robot
+        kind = (
+            protocol.timestep_s,
+            protocol.robot,
+            protocol.is_planar,
+            protocol.push_model,
+        )
         try:
             if kind not in worlds:
                 worlds[kind] = [world_of(scene, protocol) for scene in scenes]
