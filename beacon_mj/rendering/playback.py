@@ -2,7 +2,7 @@
 
 Obstacles take the colour of the planner's class belief, a dot on top the colour of
 their true class; those not sensed yet are pale. The planned path lies on the floor,
-contact forces are arrows, broken obstacles turn dark, above what the lidar hit is a dot.
+contact forces are arrows, broken obstacles turn dark. Above what a lidar hit is a dot.
 """
 
 from typing import Self
