@@ -23,6 +23,7 @@ def evaluate(
     settings: options.SetOption = (),
     vary: options.VaryOption = (),
     protocol: options.ProtocolOption = None,
+    world: options.WorldOption = None,
     suite: options.Suite = (),
     family: options.Family = (),
     scenes_per_family: Annotated[
@@ -90,6 +91,7 @@ def evaluate(
     results = beacon_mj.evaluate(
         planner,
         protocol=protocol,
+        world=world,
         families=family,
         suite=suite,
         scenes_per_family=scenes_per_family,

@@ -10,11 +10,12 @@ from msgspec import UNSET
 from beacon_mj.episode.protocol import Protocol, battery_slope
 from beacon_mj.episode.sensor import Sensor
 from beacon_mj.episode.trace import Outcome, StepRecord, Trace
+from beacon_mj.episode.worlds import is_world_of, world_of
 from beacon_mj.errors import SceneError, one_line
 from beacon_mj.interface import Command, Observation, Task
 from beacon_mj.numerics import norm, norms
 from beacon_mj.scene import Scene
-from beacon_mj.world import BaseWorld, SimulationError, StepOutcome, World
+from beacon_mj.world import BaseWorld, SimulationError, StepOutcome
 from beacon_mj.world.overnight import Left
 
 
@@ -188,8 +189,13 @@ def _at_start(
             f"Expected a world of scene {scene.name} but it is of {world.scene.name}, "
             "or of another version of it."
         )
+    if world is not None and not is_world_of(world, protocol):
+        raise SceneError(
+            "Expected the world that the protocol asks for but it was a "
+            f"{type(world).__name__} of another kind."
+        )
     if world is None and left is None:
-        return World(scene, protocol.timestep_s)
-    world = world or World(scene, protocol.timestep_s)
+        return world_of(scene, protocol)
+    world = world or world_of(scene, protocol)
     world.reset(left)
     return world

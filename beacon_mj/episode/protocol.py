@@ -11,9 +11,11 @@ from msgspec import UNSET, Meta, UnsetType
 from beacon_mj.constants import GRAVITY
 from beacon_mj.errors import RunError, unknown
 from beacon_mj.interface import SensorSheet
+from beacon_mj.pushing import PushModel
 from beacon_mj.scene import Scene, Sensing
 from beacon_mj.scene_gen.perception import force_errors
 
+WorldKind = Literal["mujoco", "planar"]
 #: Sensing radius beyond every workspace [m].
 EVERYTHING_M = 100.0
 LIDAR_RANGE_M = 3.5  #: Range of a lidar unless set: LDS-01 of a TurtleBot3 [m].
@@ -79,6 +81,9 @@ class Protocol(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
         lidar_dropout: Probability that a beam brings nothing back; 0 if unset.
         obstacles: Whether obstacles are `perceived`, as if unset, or `none`: a planner
             then knows what the lidar measures and the bumper feels, and nothing else.
+        world: The world: `mujoco`, as if unset, or `planar`, the paper's.
+        planar_push: How the planar world pushes: as the `paper` prints it, as if unset,
+            or by `limit-surface`, quasi-static pushing with rotation.
     """
 
     sensing_radius_m: (
@@ -127,6 +132,8 @@ class Protocol(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
         Annotated[Literal["perceived", "none"], Meta(extra={_CERTAIN: UNSET})]
         | UnsetType
     ) = UNSET
+    world: WorldKind | UnsetType = UNSET
+    planar_push: PushModel | UnsetType = UNSET
 
     @classmethod
     def preset(cls, name: str) -> "Protocol":
@@ -165,6 +172,16 @@ class Protocol(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
                     f"Expected protocol.{field.name} to be {wanted.replace('`', '')} "
                     f"but it was {value!r}."
                 ) from problem
+
+    @property
+    def is_planar(self) -> bool:
+        """Whether episodes run in the planar world."""
+        return self.world == "planar"
+
+    @property
+    def push_model(self) -> PushModel:
+        """How the planar world pushes."""
+        return "paper" if isinstance(self.planar_push, UnsetType) else self.planar_push
 
     def motion_cost(self, scene: Scene) -> float:
         """Return kappa_d for the scene's robot [J/m]."""

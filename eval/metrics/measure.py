@@ -48,6 +48,7 @@ def measure(trace: Trace) -> Row:
         scene_sha256=scene.sha256,
         perception=scene.perception,
         seed=scene.seed,
+        world="planar" if trace.protocol.is_planar else UNSET,
         outcome=trace.outcome,
         success=success,
         clean_success=success and broken == 0,
