@@ -137,6 +137,7 @@ def read_log(path: str | Path) -> Log:
     finished = container.whole and "result" in raw.metadata
     messages = _whole_steps(_decoded(raw, path), finished)
     _check_steps(messages, protocol.step_limit(scene), path)
+    _check_scans(messages, protocol.sensor(scene).lidar_beams, path)
     positions, rates = _states(messages, _sizes(scene, protocol, path), path)
     return Log(
         path=path,
@@ -281,6 +282,19 @@ def _check_steps(
         )
     if any(after <= before for before, after in pairwise(times)):
         raise LogError(f"{path}: expected each step to be later than the last.")
+
+
+def _check_scans(
+    messages: dict[str, list[tuple[int, Any]]], beams: int, path: Path
+) -> None:
+    """Check that a lidar scanned at the start and once a step, with all its beams."""
+    scans = [scan for _, scan in messages["/scan"]]
+    expected = len(messages["/step"]) if beams else 0
+    if len(scans) != expected or any(len(scan.ranges) != beams for scan in scans):
+        raise LogError(
+            f"{path}: expected {expected} scans of {beams} beams but there are "
+            f"{len(scans)}, or some are of another size."
+        )
 
 
 def _sizes(scene: Scene, protocol: Protocol, path: Path) -> tuple[int, int]:
