@@ -39,6 +39,8 @@ RESERVED_IDS = frozenset(
     + [f"wall_{side}" for side in ("west", "south", "east", "north")]
     + ["base", "base_x", "base_y", "bumper", "bumper_x", "bumper_y"]
     + ["drive", "drive_along", "drive_across"]
+    + ["base_yaw", "footprint", "wheel_left", "wheel_right"]
+    + ["drive_left", "drive_right"]
 )
 
 
