@@ -17,6 +17,7 @@ from beacon_mj.fidelity import (
     off_centre,
     pushing,
     repeat,
+    wheels,
 )
 from beacon_mj.fidelity.law import Law
 from beacon_mj.fidelity.table import Fidelity
@@ -39,6 +40,15 @@ CHECKS: Mapping[str, tuple[Callable[[], list[Law]], ...]] = MappingProxyType(
         "corner": (corner.corners,),
         "mass": (mass.compiled, mass.robot),
         "energy": (energy.audit,),
+        "wheels": (
+            wheels.rolling,
+            wheels.turning,
+            wheels.standing,
+            wheels.force,
+            wheels.turned_bumper,
+            wheels.repeat,
+            wheels.energy,
+        ),
         "repeat": (repeat.bitwise,),
         "quiet": (repeat.quiet,),
         "jacobian": (repeat.jacobian,),
