@@ -23,6 +23,13 @@ def evaluate(
     settings: options.SetOption = (),
     vary: options.VaryOption = (),
     protocol: options.ProtocolOption = None,
+    robot: Annotated[
+        str | None,
+        Parameter(
+            help="Robot in all scenes: a name (see `beacon-mj robots`) or FILE.xml; "
+            "by default the family's, or the disc."
+        ),
+    ] = None,
     world: options.WorldOption = None,
     suite: options.Suite = (),
     family: options.Family = (),
@@ -91,6 +98,7 @@ def evaluate(
     results = beacon_mj.evaluate(
         planner,
         protocol=protocol,
+        robot=robot,
         world=world,
         families=family,
         suite=suite,

@@ -17,7 +17,6 @@ from beacon_mj.recording.scans import scan_points
 from beacon_mj.rendering.annotations import Marks, draw_scan
 from beacon_mj.rendering.colors import Paint
 from beacon_mj.rendering.gl import Canvas, Image, camera_over
-from beacon_mj.scene_gen.mjcf import scene_mjcf
 
 
 class Playback:
@@ -28,7 +27,7 @@ class Playback:
         self.log = log
         self.trace = rebuild_trace(log)
         scene = log.scene
-        self._model = mujoco.MjModel.from_xml_string(scene_mjcf(scene))
+        self._model = mujoco.MjModel.from_xml_string(log.regenerated())
         self._data = mujoco.MjData(self._model)
         self._canvas = Canvas(self._model, width, height)
         self._camera = camera_over(scene.workspace_m, width / height)

@@ -84,7 +84,9 @@ class PlanarWorld(BaseWorld):
         self._bodies.reset()
         self._write()
 
-    def step(self, velocity_mps: Array) -> StepOutcome:
+    def step(
+        self, velocity_mps: Array, turn_rate_radps: float | None = None
+    ) -> StepOutcome:
         """Apply a velocity command for one control period; see `BaseWorld.step`."""
         command = limited(velocity_mps, self.scene.robot.speed_mps)
         self._pairs.begin_step()

@@ -32,6 +32,7 @@ def evaluate(
     settings: Values = (),
     vary: VaryValues = (),
     protocol: Protocol | str | None = None,
+    robot: str | Path | None = None,
     world: WorldKind | None = None,
     scene_dir: str | Path | None = None,
     templates: str | Path | None = None,
@@ -73,6 +74,8 @@ def evaluate(
             `beacon[push_bias=0.5]`, and the rows have a column a setting.
         protocol: How episodes are run: a protocol, or the name of a preset, `paper` or
             `realistic`; `settings` change it.
+        robot: The robot in all scenes: a name (see `list_robots`) or a file of your
+            own; by default the family's, or the disc.
         world: World of all episodes: `mujoco`, the default, or `planar`, the paper's.
         scene_dir: Folder of stored scenes, in place of generated ones.
         templates: Folder of your own family templates.
@@ -114,6 +117,7 @@ def evaluate(
         seed=seed,
         perception=perception,
         protocol=in_world(protocol, world),
+        robot=None if robot is None else str(robot),
         scene_dir=None if scene_dir is None else Path(scene_dir),
         templates=None if templates is None else Path(templates),
         log=log,

@@ -43,6 +43,8 @@ class Row(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True)
     perception: Profile
     #: Seed stored in the scene.
     seed: int
+    #: Robot, where it is not the disc; rows of the disc have no such column.
+    robot: str | UnsetType = UNSET
     #: World, where it is not MuJoCo's; rows of MuJoCo have no such column.
     world: Literal["planar"] | UnsetType = UNSET
     #: How the episode ended.
@@ -172,6 +174,8 @@ class Row(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True)
 COLUMNS: tuple[str, ...] = tuple(
     field.name for field in msgspec.structs.fields(Row) if field.default is not UNSET
 )
+#: Columns of rows that are not of the disc in MuJoCo.
+OPTIONAL = frozenset(Row.__struct_fields__) - frozenset(COLUMNS)
 
 
 def rows_sha256(rows: Iterable[Row]) -> str:

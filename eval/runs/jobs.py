@@ -112,7 +112,12 @@ def run_job(
     worlds: dict[object, list[BaseWorld]] = {}
     for entry in entries:
         protocol = config.protocol_of(entry.name)
-        kind = protocol.timestep_s, protocol.is_planar, protocol.push_model
+        kind = (
+            protocol.timestep_s,
+            protocol.robot,
+            protocol.is_planar,
+            protocol.push_model,
+        )
         try:
             if kind not in worlds:
                 worlds[kind] = [world_of(scene, protocol) for scene in scenes]
