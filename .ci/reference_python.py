@@ -47,7 +47,9 @@ def declared(cls: type) -> Iterator[tuple[str, str, str]]:
         if isinstance(line, ast.AnnAssign) and isinstance(line.target, ast.Name):
             value = ast.unparse(line.value) if line.value else ""
             if value.startswith("field(default_factory="):
-                value = value.removeprefix("field(default_factory=")[:-1] + "()"
+                made = value.removeprefix("field(default_factory=")[:-1]
+                plain = made.removeprefix("lambda: ")
+                value = f"{made}()" if plain == made else plain
             yield line.target.id, ast.unparse(line.annotation), value
 
 

@@ -14,8 +14,9 @@ from beacon_mj.geometry import Array
 from beacon_mj.recording.reader import Log
 from beacon_mj.recording.rebuild import rebuild_trace
 from beacon_mj.rendering.annotations import Marks
+from beacon_mj.rendering.camera import camera_over
 from beacon_mj.rendering.colors import Paint
-from beacon_mj.rendering.gl import Canvas, Image, camera_over
+from beacon_mj.rendering.gl import Canvas, Image
 from beacon_mj.scene_gen.mjcf import scene_mjcf
 
 
