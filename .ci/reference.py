@@ -32,6 +32,7 @@ INTERFACE = {
         "SensedObstacle",
         "Contact",
         "PushEvidence",
+        "Scan",
         "Command",
         "PlannerInfo",
     ),

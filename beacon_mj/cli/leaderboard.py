@@ -4,7 +4,6 @@ from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
-from cyclopts.validators import Number
 
 from beacon_mj.cli import FAILED, options
 
@@ -12,21 +11,9 @@ from beacon_mj.cli import FAILED, options
 def leaderboard(
     *bundles: Annotated[Path, Parameter(help="Files of `beacon-mj bundle`.")],
     out: Annotated[Path, Parameter(help="Folder of the page, index.html.")],
-    rerun: Annotated[
-        options.Flag, Parameter(help="Run the planners again too; see `verify`.")
-    ] = False,
-    fresh_seed: Annotated[
-        int | None,
-        Parameter(
-            converter=options.whole,
-            validator=Number(gte=0, lte=2**53),
-            help="Also run the planners on unseen scenes of this seed.",
-        ),
-    ] = None,
-    scenes_per_family: Annotated[
-        options.ScenesPerFamily | None,
-        Parameter(help="Fresh scenes per family; as many as the run has if unsaid."),
-    ] = None,
+    rerun: options.Rerun = False,
+    fresh_seed: options.FreshSeed = None,
+    scenes_per_family: options.FreshScenes = None,
     trust_code: options.TrustCode = False,
     workers: options.Workers = None,
 ) -> int:

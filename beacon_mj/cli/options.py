@@ -135,4 +135,19 @@ TrustCode = Annotated[
         "and layouts, which may be a stranger's."
     ),
 ]
+Rerun = Annotated[
+    Flag, Parameter(help="Run the planners again too, and compare their commands.")
+]
+FreshSeed = Annotated[
+    int | None,
+    Parameter(
+        converter=whole,
+        validator=within("seed"),
+        help="Also run the planners on unseen scenes of this seed.",
+    ),
+]
+FreshScenes = Annotated[
+    ScenesPerFamily | None,
+    Parameter(help="Fresh scenes per family; as many as the run has if unsaid."),
+]
 Json = Annotated[Flag, Parameter(help="Print the result as JSON on stdout.")]

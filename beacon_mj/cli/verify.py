@@ -12,22 +12,9 @@ def verify(
     path: Path | None = None,
     /,
     *,
-    rerun: Annotated[
-        options.Flag,
-        Parameter(help="Run the planners again too, and compare their commands."),
-    ] = False,
-    fresh_seed: Annotated[
-        int | None,
-        Parameter(
-            converter=options.whole,
-            validator=options.within("seed"),
-            help="Also run the planners on unseen scenes of this seed.",
-        ),
-    ] = None,
-    scenes_per_family: Annotated[
-        options.ScenesPerFamily | None,
-        Parameter(help="Fresh scenes per family; as many as the run has if unsaid."),
-    ] = None,
+    rerun: options.Rerun = False,
+    fresh_seed: options.FreshSeed = None,
+    scenes_per_family: options.FreshScenes = None,
     trust_code: options.TrustCode = False,
     published: Annotated[
         options.Flag,

@@ -5,11 +5,12 @@ from dataclasses import is_dataclass
 
 from beacon_mj.episode.answers import PlannerFailure
 from beacon_mj.episode.door import Door
+from beacon_mj.episode.episode import make_task
 from beacon_mj.episode.interrupts import watched
 from beacon_mj.episode.protocol import Protocol
 from beacon_mj.episode.rollout import truth_about
 from beacon_mj.episode.routes import route_graph
-from beacon_mj.episode.run import make_task, run_episode
+from beacon_mj.episode.run import run_episode
 from beacon_mj.episode.sensor import Sensor
 from beacon_mj.errors import PlannerError
 from beacon_mj.planners.base import Planner

@@ -2,13 +2,14 @@
 
 from collections.abc import Sequence
 
+from beacon_mj.episode.episode import Listener
 from beacon_mj.episode.protocol import Protocol
-from beacon_mj.episode.run import Listener, run_episode
+from beacon_mj.episode.run import run_episode
 from beacon_mj.episode.trace import Trace
 from beacon_mj.errors import SceneError
 from beacon_mj.planners.base import Planner
 from beacon_mj.scene import Scene
-from beacon_mj.world import World
+from beacon_mj.world import BaseWorld, World
 from beacon_mj.world.overnight import as_left
 
 
@@ -34,14 +35,14 @@ class Mission:
         self._protocol = Protocol() if protocol is None else protocol
         self._oracle = oracle
         self._remembers = False
-        self._yesterday: World | None = None
+        self._yesterday: BaseWorld | None = None
 
     def day(
         self,
         scene: Scene,
         seed: int = 0,
         listeners: Sequence[Listener] = (),
-        world: World | None = None,
+        world: BaseWorld | None = None,
         suite: str | None = None,
     ) -> Trace:
         """Run the next day.

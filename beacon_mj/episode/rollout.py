@@ -14,7 +14,7 @@ from beacon_mj.planners.base import Planner
 from beacon_mj.planners.oracle.truth import Rollout, TrueObstacle, Truth
 from beacon_mj.scene import Obstacle, Scene
 from beacon_mj.scene_gen.perception import perceive
-from beacon_mj.world import World
+from beacon_mj.world import BaseWorld, World
 from beacon_mj.world.overnight import Left
 
 
@@ -61,7 +61,7 @@ class _Copy:
         self._left = left
 
     @cached_property
-    def _world(self) -> World:
+    def _world(self) -> BaseWorld:
         return World(self._scene, self._protocol.timestep_s)
 
     @property

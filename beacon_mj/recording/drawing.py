@@ -15,7 +15,7 @@ from beacon_mj.geometry import Array
 from beacon_mj.numerics import norm
 from beacon_mj.recording.messages import message
 from beacon_mj.scene import Obstacle
-from beacon_mj.world import PairForce, World
+from beacon_mj.world import BaseWorld, PairForce
 
 ARENA, ROBOT_FRAME = "arena", "robot"
 BROKEN_RGBA = (0.25, 0.05, 0.3, 1.0)  #: Colour of a broken obstacle.
@@ -34,7 +34,7 @@ def stamp(target: Any, time_ns: int) -> None:
     target.seconds, target.nanos = divmod(time_ns, NS)
 
 
-def scene_update(world: World, time_ns: int) -> Any:
+def scene_update(world: BaseWorld, time_ns: int) -> Any:
     """Return the whole picture of a world: one entity for each thing in it."""
     update = message("foxglove.SceneUpdate")()
     _arena(update, world, time_ns)
@@ -96,7 +96,7 @@ def _facts(obstacle: Obstacle, broken: bool) -> dict[str, str]:
     return facts
 
 
-def _arena(update: Any, world: World, time_ns: int) -> None:
+def _arena(update: Any, world: BaseWorld, time_ns: int) -> None:
     """Add walls, start and goal."""
     entity = new_entity(update, ARENA, ARENA, time_ns)
     model = world.model
@@ -111,7 +111,7 @@ def _arena(update: Any, world: World, time_ns: int) -> None:
         set_colour(cylinder.color, found.rgba.tolist())
 
 
-def _robot(update: Any, world: World, time_ns: int) -> None:
+def _robot(update: Any, world: BaseWorld, time_ns: int) -> None:
     """Add base and bumper, in the robot's frame."""
     entity = new_entity(update, ROBOT_FRAME, ROBOT_FRAME, time_ns)
     for name in ("base", "bumper"):

@@ -9,7 +9,7 @@ from beacon_mj.geometry import Array
 from beacon_mj.interface import Command, Observation, PlannerInfo, SensedObstacle
 from beacon_mj.recording.drawing import ARENA, stamp
 from beacon_mj.recording.messages import message
-from beacon_mj.world import Damage, PairForce, World
+from beacon_mj.world import BaseWorld, Damage, PairForce
 from beacon_mj.world.pushes import AttemptEnd
 
 
@@ -35,7 +35,7 @@ def step_message(record: StepRecord) -> Any:
     return out
 
 
-def start_message(world: World, observation: Observation) -> Any:
+def start_message(world: BaseWorld, observation: Observation) -> Any:
     """Return the same message for the start: step 0, with what is sensed there."""
     out = message("beacon_mj.Step")(
         battery=observation.battery,

@@ -23,7 +23,7 @@ from beacon_mj.recording.drawing import (
 )
 from beacon_mj.recording.messages import message
 from beacon_mj.scene import Scene
-from beacon_mj.world import World
+from beacon_mj.world import BaseWorld
 
 DIGITS = 4  #: Of probabilities that are looked at; `/belief` has them whole.
 PLAN_RGBA = (0.1, 0.45, 0.85, 1.0)  #: Colour of the planned path in the layouts.
@@ -37,7 +37,7 @@ _BALL_OVER_M, _NAME_OVER_M = 0.1, 0.25
 _SIGNS_M, _WORDS_M = -0.32, -0.52
 
 
-def labels(world: World) -> Any:
+def labels(world: BaseWorld) -> Any:
     """Return the names of all obstacles, and the legend."""
     update = message("foxglove.SceneUpdate")()
     for o in world.scene.obstacles:
@@ -97,7 +97,7 @@ def _mixed(
         yield math.fsum(p * c for p, c in zip(belief, channel, strict=True))
 
 
-def _legend(update: Any, world: World) -> None:
+def _legend(update: Any, world: BaseWorld) -> None:
     """Add one sign and one word for each colour, in a row south of the room."""
     entity = new_entity(update, "legend", ARENA, 0)
     west, south, east, _ = world.scene.workspace_m
@@ -109,7 +109,7 @@ def _legend(update: Any, world: World) -> None:
         _text(entity, word, (x, south + _WORDS_M, 0.06), LEGEND_M)
 
 
-def _signs(world: World) -> Iterator[tuple[str, str, Values]]:
+def _signs(world: BaseWorld) -> Iterator[tuple[str, str, Values]]:
     """Yield word, sign and colour of each line of the legend."""
     for kind, surface in zip(CLASSES, world.scene.surfaces, strict=True):
         yield kind, "cube", surface.rgba

@@ -26,10 +26,11 @@ from beacon_mj.recording.frames import Frames, robot_transform
 from beacon_mj.recording.labels import BeliefPicture, labels, rounded_belief
 from beacon_mj.recording.machine import machine
 from beacon_mj.recording.messages import schema_data
+from beacon_mj.recording.scans import SCAN_TOPIC, scan_message
 from beacon_mj.recording.schemas import SCENE_NAME, TOPICS, WORLD_NAME
 from beacon_mj.recording.timeline import Timeline
 from beacon_mj.recording.writer import LogWriter
-from beacon_mj.world import World
+from beacon_mj.world import BaseWorld
 
 
 class Recorder:
@@ -58,7 +59,7 @@ class Recorder:
         self._writer: Any = None
         self._time_ns = 0
 
-    def begin(self, trace: Trace, world: World, observation: Observation) -> None:
+    def begin(self, trace: Trace, world: BaseWorld, observation: Observation) -> None:
         """Open the file and write everything known before the first decision."""
         with self._writing():
             self._open(trace, world)
@@ -69,10 +70,13 @@ class Recorder:
             self._log_poses(world, 0)
             self._log_state(world, 0)
             self._log_sensed(observation)
+            self._log_scan(world, observation)
             self._put("/step", encoding.start_message(world, observation))
             self._writer.flush()
 
-    def step(self, record: StepRecord, world: World, observation: Observation) -> None:
+    def step(
+        self, record: StepRecord, world: BaseWorld, observation: Observation
+    ) -> None:
         """Write one control step; `/step` last, as the mark that it is whole."""
         time_ns = round(record.outcome.time_s * NS)
         with self._writing():
@@ -81,6 +85,7 @@ class Recorder:
             self._log_state(world, record.outcome.step)
             self._log_poses(world, before)
             self._log_sensed(observation)
+            self._log_scan(world, observation)
             self._log_outcome(record, world)
             self._put("/step", encoding.step_message(record))
             if time_ns // NS > before // NS:
@@ -110,7 +115,7 @@ class Recorder:
                 ) from error
             raise
 
-    def _open(self, trace: Trace, world: World) -> None:
+    def _open(self, trace: Trace, world: BaseWorld) -> None:
         """Write header, metadata and attachments, and register the channels."""
         self.path.parent.mkdir(parents=True, exist_ok=True)
         versions = provenance.log_versions()
@@ -131,22 +136,23 @@ class Recorder:
             packed = gzip.compress(data, compresslevel=6, mtime=0)
             attachment = Attachment(0, 0, name + PACKED, "application/gzip", packed)
             self._writer.put(attachment)
-        self._register()
         sheet = trace.protocol.sensor(trace.scene)
+        self._register(lidar=sheet.lidar_beams > 0)
         self._misled = sheet.robot_pose_noise_m > 0.0 or sheet.force_noise > 0.0
 
-    def _register(self) -> None:
-        """Register every topic, and every schema once."""
-        schemas = {name: k for k, name in enumerate(dict.fromkeys(TOPICS.values()), 1)}
+    def _register(self, *, lidar: bool) -> None:
+        """Register every topic, and every schema once; `/scan` for a lidar only."""
+        topics = {t: s for t, s in TOPICS.items() if lidar or t != SCAN_TOPIC}
+        schemas = {name: k for k, name in enumerate(dict.fromkeys(topics.values()), 1)}
         for name, number in schemas.items():
             schema = Schema(number, schema_data(name), "protobuf", name)
             self._writer.define(schema)
-        self._channels = {topic: k for k, topic in enumerate(TOPICS, 1)}
+        self._channels = {topic: k for k, topic in enumerate(topics, 1)}
         for topic, number in self._channels.items():
-            channel = Channel(number, topic, "protobuf", {}, schemas[TOPICS[topic]])
+            channel = Channel(number, topic, "protobuf", {}, schemas[topics[topic]])
             self._writer.define(channel)
 
-    def _reset(self, world: World) -> None:
+    def _reset(self, world: BaseWorld) -> None:
         """Forget what was written last."""
         self._time_ns = 0
         self._state = encoding.StateDelta()
@@ -205,7 +211,7 @@ class Recorder:
             split = path[:0], len(path)
         return split
 
-    def _log_poses(self, world: World, before_ns: int) -> None:
+    def _log_poses(self, world: BaseWorld, before_ns: int) -> None:
         """Write where the robot is, and where what moves is."""
         position, now_ns = world.position_m, self._time_ns
         self._put("/tf", robot_transform(position, now_ns))
@@ -215,7 +221,7 @@ class Recorder:
         if now_ns % NS == 0:
             self._put("/robot", encoding.robot_message(position, now_ns))
 
-    def _log_state(self, world: World, step: int) -> None:
+    def _log_state(self, world: BaseWorld, step: int) -> None:
         data = world.data
         self._put("/state", self._state.message(step, data.qpos, data.qvel))
 
@@ -234,7 +240,14 @@ class Recorder:
             self._visible = visible
             self._put("/sensed", encoding.sensed_message(visible, updated))
 
-    def _log_outcome(self, record: StepRecord, world: World) -> None:
+    def _log_scan(self, world: BaseWorld, observation: Observation) -> None:
+        """Write what the lidar measured, as the planner gets it."""
+        if observation.scan is not None:
+            place, robot = world.position_m, world.scene.robot
+            found = scan_message(observation.scan, place, robot, self._time_ns)
+            self._put(SCAN_TOPIC, found)
+
+    def _log_outcome(self, record: StepRecord, world: BaseWorld) -> None:
         """Write contacts, push attempts, damage, and what they mean in words."""
         outcome = record.outcome
         if outcome.contacts:

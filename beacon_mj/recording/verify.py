@@ -31,7 +31,7 @@ from beacon_mj.recording.recorder import Recorder
 from beacon_mj.recording.tolerance import TOLERANCE_M, state_problem
 from beacon_mj.scene.recertify import first_lie, proved_certificate
 from beacon_mj.scene_gen.mjcf import scene_mjcf
-from beacon_mj.world import World
+from beacon_mj.world import BaseWorld
 
 RowOf = Callable[[Trace], Mapping[str, Any]]
 #: Outcomes that are acts of the planner, or of a step that left no record.
@@ -218,11 +218,13 @@ class _Adopt:
     def __init__(self, logged: Trace) -> None:
         self._logged = logged
 
-    def begin(self, trace: Trace, world: World, observation: Observation) -> None:
+    def begin(self, trace: Trace, world: BaseWorld, observation: Observation) -> None:
         """Adopt whether the planner was told the truth, which the script is not."""
         trace.oracle = self._logged.oracle
 
-    def step(self, record: StepRecord, world: World, observation: Observation) -> None:
+    def step(
+        self, record: StepRecord, world: BaseWorld, observation: Observation
+    ) -> None:
         """Do nothing."""
 
     def end(self, trace: Trace) -> None:

@@ -13,9 +13,8 @@ from beacon_mj.geometry import Array
 from beacon_mj.recording.reader import Log, log_of
 from beacon_mj.rendering.camera import ASPECT
 from beacon_mj.rendering.captions import decision, events, summary
-from beacon_mj.rendering.legend import entries
 from beacon_mj.rendering.overlay import captions, legend
-from beacon_mj.rendering.playback import Playback
+from beacon_mj.rendering.playback import Playback, legend_of
 
 COLUMNS = 3
 GAP_PIXELS = 8
@@ -75,7 +74,7 @@ def _sheet(pictures: list[Any], texts: list[Any], title: str, log: Log) -> Any:
     width, height = (side + GAP_PIXELS for side in pictures[0].size)
     height += texts[0].height
     (head,) = captions([title], columns * width)
-    foot = legend(entries(log.scene), columns * width)
+    foot = legend(legend_of(log), columns * width)
     rows = -(-len(pictures) // columns)
     whole = head.height + rows * height + GAP_PIXELS + foot.height
     sheet = Pillow.new("RGB", (columns * width, whole), "white")

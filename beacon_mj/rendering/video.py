@@ -11,9 +11,8 @@ from beacon_mj.recording.reader import Log, log_of
 from beacon_mj.recording.rebuild import rebuild_trace
 from beacon_mj.rendering.captions import describe
 from beacon_mj.rendering.gl import Image, RenderError
-from beacon_mj.rendering.legend import entries
 from beacon_mj.rendering.overlay import EDGE, legend, text_band, wrapped
-from beacon_mj.rendering.playback import Playback
+from beacon_mj.rendering.playback import Playback, legend_of
 
 HOLD_S = 1.5  #: How long the last picture stays [s].
 LEAST_PIXELS = 64  #: Least height of the pictures of the scene.
@@ -76,7 +75,7 @@ class _Bands:
             for lines in (describe(trace, k) for k in range(log.steps + 1))
         ]
         self._rows = max(map(len, self._texts))
-        self._legend = np.asarray(legend(entries(log.scene), width))
+        self._legend = np.asarray(legend(legend_of(log), width))
 
     @property
     def height(self) -> int:

@@ -1,7 +1,7 @@
 """The obstacles of a world: where they are, what they cover, what moved or fell."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import mujoco
 import numpy as np
@@ -21,7 +21,7 @@ class Bodies:
     """The obstacles as they stand now, refreshed after each control step.
 
     Attributes:
-        index: Body of each obstacle in the model, shape (n,).
+        qpos: The generalised positions of the world, which hold them.
         qpos_address: Where its free joint stands in qpos, -1 if fixed, shape (n,).
         poses: Positions and quaternions, shape (n, 7) [m].
         outlines: True footprints, in scene order; one that did not move keeps its
@@ -30,10 +30,23 @@ class Bodies:
     """
 
     def __init__(
-        self, scene: Scene, model: mujoco.MjModel, data: mujoco.MjData
+        self,
+        scene: Scene,
+        qpos: Array,
+        qpos_address: NDArray[np.int64],
+        fixed_poses: Callable[[], Array],
     ) -> None:
-        """Look at the obstacles of `scene`, compiled as `model`."""
-        self._data = data
+        """Look at the obstacles of `scene`.
+
+        Args:
+            scene: The scene.
+            qpos: See `Bodies`; it changes in place.
+            qpos_address: See `Bodies`.
+            fixed_poses: Returns the poses of the fixed obstacles, shape (f, 7) [m].
+        """
+        self.qpos = qpos
+        self.qpos_address = qpos_address
+        self._fixed_poses = fixed_poses
         self._ids = [o.id for o in scene.obstacles]
         self._shapes = [o.shape for o in scene.obstacles]
         self._local = [shapes.footprint(s) for s in self._shapes]
@@ -41,28 +54,18 @@ class Bodies:
             [not isinstance(s, shapes.Sphere | shapes.Capsule) for s in self._shapes],
             dtype=np.bool_,
         )
-        self.index: NDArray[np.int64] = np.array(
-            [model.body(o.id).id for o in scene.obstacles], dtype=np.int64
-        )
-        self.qpos_address: NDArray[np.int64] = np.array(
-            [
-                -1 if o.fixed else int(model.joint(o.id).qposadr[0])
-                for o in scene.obstacles
-            ],
-            dtype=np.int64,
-        )
         self._free = np.flatnonzero(self.qpos_address >= 0)
-        self._still = np.zeros(len(self.index))
+        self._still = np.zeros(len(self._ids))
         self.reset()
 
     def reset(self) -> None:
         """Take the present state as the start of an episode."""
-        self._fallen = np.zeros(len(self.index), np.bool_)
+        self._fallen = np.zeros(len(self._ids), np.bool_)
         self._state: bytes | None = None
         self._moved = True
         self.poses = self._read()
         self.outlines: list[Footprint] = [
-            self._outline(i) for i in range(len(self.index))
+            self._outline(i) for i in range(len(self._ids))
         ]
         self.footprints = Footprints.stack(self.outlines)
 
@@ -70,11 +73,11 @@ class Bodies:
         """Put obstacles at poses, shape (7,) each, by id."""
         for name, address in zip(self._ids, self.qpos_address, strict=True):
             if address >= 0 and name in poses:
-                self._data.qpos[address : address + 7] = poses[name]
+                self.qpos[address : address + 7] = poses[name]
 
     def refresh(self) -> Array:
         """Read all poses; return how far each obstacle travelled, shape (n,) [m]."""
-        state = self._data.qpos[_FIRST_OBSTACLE:].tobytes()
+        state = self.qpos[_FIRST_OBSTACLE:].tobytes()
         self._moved = state != self._state
         if not self._moved:
             return self._still
@@ -99,12 +102,11 @@ class Bodies:
 
     def _read(self) -> Array:
         """Return positions and quaternions of all obstacles, shape (n, 7)."""
-        poses = np.empty((len(self.index), 7))
+        poses = np.empty((len(self._ids), 7))
         fixed = self.qpos_address < 0
-        poses[fixed, :3] = self._data.xpos[self.index[fixed]]
-        poses[fixed, 3:] = self._data.xquat[self.index[fixed]]
+        poses[fixed] = self._fixed_poses()
         free = self.qpos_address[self._free]
-        poses[self._free] = self._data.qpos[free[:, None] + np.arange(7)]
+        poses[self._free] = self.qpos[free[:, None] + np.arange(7)]
         return poses
 
     def _outline(self, i: int) -> Footprint:

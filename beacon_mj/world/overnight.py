@@ -15,7 +15,7 @@ from beacon_mj.geometry import Footprint
 from beacon_mj.scene import Scene
 
 if TYPE_CHECKING:
-    from beacon_mj.world.world import World
+    from beacon_mj.world.base import BaseWorld
 
 ROOM_M = 0.02  #: Gap to the robot below which something stands on its start [m].
 _APART_M = 1e-3  #: Gap below which two obstacles stand in one place [m].
@@ -36,7 +36,7 @@ class Left(msgspec.Struct, frozen=True, kw_only=True):
     broken: tuple[str, ...] = ()
 
 
-def as_left(world: "World", scene: Scene) -> Left:
+def as_left(world: "BaseWorld", scene: Scene) -> Left:
     """Return how the next day finds a world.
 
     Args:

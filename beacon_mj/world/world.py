@@ -12,41 +12,27 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from beacon_mj.errors import BeaconError, SceneError
-from beacon_mj.geometry import Array, Footprint, Footprints
+from beacon_mj.errors import SceneError
+from beacon_mj.geometry import Array
 from beacon_mj.numerics import norm
 from beacon_mj.scene import Scene
-from beacon_mj.scene.checks import check_scene
 from beacon_mj.scene_gen.mjcf import TIMESTEP_S, scene_mjcf
 from beacon_mj.world import contacts as ct
-from beacon_mj.world.attribution import Attribution
+from beacon_mj.world.base import BaseWorld, SimulationError
 from beacon_mj.world.bodies import Bodies
 from beacon_mj.world.drive import Drive
-from beacon_mj.world.outcome import (
-    ROBOT,
-    WALL,
-    Damage,
-    Displacement,
-    PairForce,
-    StepOutcome,
-)
+from beacon_mj.world.outcome import ROBOT, Damage, PairForce, StepOutcome
 from beacon_mj.world.overnight import Left
-from beacon_mj.world.pushes import PushMonitor, update_attempts
 
 #: Bumper forces beyond this multiple of what speed and drive can cause are no physics:
 #: bodies have been pressed into each other.
 IMPOSSIBLE = 2.0
 SETTLE_S = 3.0  #: Longest time for obstacles to come to rest before the episode [s].
-NOTICEABLE_M = 1e-4  #: Travel within one control step that is reported [m].
 #: Slack in deciding how long nothing can be touched: the bumper's springs give [m].
 _REACH_M = 0.003
 
 
-class SimulationError(BeaconError):
-    """The physics diverged or ran out of memory; the episode cannot go on."""
-
-
-class World:
+class World(BaseWorld):
     """One scene in MuJoCo.
 
     Attributes:
@@ -75,32 +61,26 @@ class World:
             SceneError: If the scene is not valid, MuJoCo cannot compile it, or the
                 control period is no multiple of the physics step.
         """
-        check_scene(scene)
+        super().__init__(scene, timestep_s)
         mujoco.set_mju_user_warning(_quiet)
-        self.scene = scene
         self.mjcf = scene_mjcf(scene, timestep_s)
         self.model = _compiled(self.mjcf, scene.name)
         self.data = mujoco.MjData(self.model)
-        self._timestep_s = timestep_s
         self._watch = watch
         self._substeps = _whole(scene.robot.control_period_s, timestep_s)
-        n = len(scene.obstacles)
-        self._names = [*(o.id for o in scene.obstacles), ROBOT, WALL]
         robot = scene.robot
         impact = robot.speed_mps * math.sqrt(robot.bumper_stiffness_npm * robot.mass_kg)
         self._impossible_n = IMPOSSIBLE * (impact + robot.force_max_n)
-        self._break_force = np.array(
-            [math.inf if o.break_force_n is None else o.break_force_n
-             for o in scene.obstacles]
-        )  # fmt: skip
-        self._weakest = float(self._break_force.min(initial=math.inf))
         self._origin = np.array(scene.start_m)
         self._drive = Drive(robot, self.model, self.data)
-        self._bodies = Bodies(scene, self.model, self.data)
+        self._index = np.array(
+            [self.model.body(o.id).id for o in scene.obstacles], dtype=np.int64
+        )
+        self._fixed = self._index[[o.fixed for o in scene.obstacles]]
+        self._bodies = Bodies(
+            scene, self.data.qpos, self._addresses(), self._fixed_poses
+        )
         self._entity = self._entities()
-        self._pairs = ct.PairTable.create(n, timestep_s)
-        self._pushes = PushMonitor(self._names[:n], robot.force_max_n)
-        self.broken = np.zeros(n, np.bool_)
         self.reset()
 
     def reset(self, left: Left | None = None) -> None:
@@ -110,14 +90,7 @@ class World:
             left: How the room was left the day before; None for the scene's own places.
         """
         mujoco.mj_resetData(self.model, self.data)
-        self._pairs.clear()
-        self._pushes.reset()
-        self._attribution = Attribution()
-        self.broken[:] = False
-        self._step = 0
-        if left is not None:
-            self._bodies.place(left.poses)
-            self.broken[:] = [name in left.broken for name in self._names[:-2]]
+        self._forget(left)
         self._drive.aim(np.array([1.0, 0.0]))
         self._settle()
         self.data.time = 0.0
@@ -144,23 +117,7 @@ class World:
         self._check()
         touching = self._pair_forces()
         self._check_forces(touching)
-        self._attribution.update(touching)
-        displacements = self._displacements()
-        self._attribution.forget_resting({d.obstacle for d in displacements})
-        return StepOutcome(
-            step=self._step,
-            time_s=self._step * self.scene.robot.control_period_s,
-            position_m=self.position_m,
-            velocity_mps=self.velocity_mps,
-            bumper_force_n=self.bumper_force_n,
-            drive_effort=self._drive.effort,
-            actuator_work_j=work,
-            contacts=touching,
-            attempts=self._pushes.collect(),
-            displacements=displacements,
-            damages=tuple(damages),
-            toppled=tuple(self._names[i] for i in self._bodies.newly_toppled()),
-        )
+        return self._outcome(touching, work, self._drive.effort, damages)
 
     @property
     def position_m(self) -> Array:
@@ -176,21 +133,6 @@ class World:
     def bumper_force_n(self) -> Array:
         """Force on the bumper from outside, from its springs, shape (2,) [N]."""
         return self.scene.robot.bumper_stiffness_npm * np.array(self.data.qpos[2:4])
-
-    @property
-    def footprints(self) -> Footprints:
-        """True footprints of all obstacles now, in scene order."""
-        return self._bodies.footprints
-
-    @property
-    def outlines(self) -> list[Footprint]:
-        """The same, one by one; an obstacle that did not move keeps its object."""
-        return self._bodies.outlines
-
-    @property
-    def poses(self) -> Array:
-        """Position and quaternion of every obstacle, shape (n, 7) [m]."""
-        return self._bodies.poses
 
     def _advance(self, command: Array, damages: list[Damage]) -> float:
         """Run the physics steps of one control period; return the drives' work [J]."""
@@ -239,42 +181,18 @@ class World:
 
     def _read_contacts(self, command: Array, damages: list[Damage]) -> None:
         """Read the forces of the physics step just taken, and what they did."""
-        data, pairs, pushes = self.data, self._pairs, self._pushes
+        data, pairs = self.data, self._pairs
         if self._watch is not None:
             self._watch()
         contact = data.contact
-        if len(contact) == 0 and pairs.count[0] == 0 and not pushes.active:
+        if len(contact) == 0 and pairs.count[0] == 0 and not self._pushes.active:
             return
         largest = ct.accumulate(
             contact.geom, contact.efc_address, contact.frame, contact.pos,
             data.efc_force, self._entity,
             pairs.ids, pairs.values, pairs.window, pairs.count, self._timestep_s,
         )  # fmt: skip
-        count = int(pairs.count[0])
-        if largest > self._weakest:
-            self._latch_damage(count, damages)
-        if len(self.broken) and (count or pushes.active):
-            update_attempts(
-                pushes.table, pairs.ids, pairs.values, count, data.qpos,
-                self._bodies.qpos_address, command, pushes.force_max_n, data.time,
-                self._timestep_s,
-            )  # fmt: skip
-
-    def _latch_damage(self, count: int, damages: list[Damage]) -> None:
-        """Latch obstacles that break at this physics step."""
-        pairs, before = self._pairs, self.broken.copy()
-        if ct.find_damage(
-            pairs.ids, pairs.values, count, self._break_force, self.broken
-        ) < 0:  # fmt: skip
-            return
-        for i in np.flatnonzero(self.broken & ~before):
-            rows = [k for k in range(count) if i in pairs.ids[k]]
-            row = max(rows, key=lambda k: pairs.values[k, ct.FILTERED])
-            a, b = pairs.ids[row]
-            force = float(pairs.values[row, ct.FILTERED])
-            other = self._names[b if a == i else a]
-            damages.append(Damage(self._names[i], other, force, self.data.time))
-            self._pushes.broke(int(i), self.data.time, force)
+        self._weigh(largest, command, data.time, damages)
 
     def _settle(self) -> None:
         """Let obstacles come to rest."""
@@ -307,37 +225,25 @@ class World:
                     f"{pair.obstacle!r} at {self.data.time:.3f} s."
                 )
 
-    def _pair_forces(self) -> tuple[PairForce, ...]:
-        """Return the obstacle contacts of the control step."""
-        pairs = self._pairs
-        out = []
-        for k in range(int(pairs.count[0])):
-            v = pairs.values[k]
-            if v[ct.PEAK] > 0.0:
-                a, b = pairs.ids[k]
-                out.append(
-                    PairForce(
-                        self._names[a], self._names[b], v[:3].copy(), v[3:6].copy(),
-                        float(v[ct.FILTERED]), float(v[ct.PEAK]),
-                        float(v[ct.FILTERED_PEAK]), float(v[ct.IMPULSE]),
-                    )
-                )  # fmt: skip
-        return tuple(out)
-
-    def _displacements(self) -> tuple[Displacement, ...]:
-        """Return what moved in the control step, and by whom."""
-        chains = self._attribution.chains
-        return tuple(
-            Displacement(self._names[i], travel, chains.get(self._names[i], ()))
-            for i, travel in enumerate(self._bodies.refresh().tolist())
-            if travel > NOTICEABLE_M
+    def _addresses(self) -> NDArray[np.int64]:
+        """Return where each obstacle's free joint stands in qpos, -1 if fixed."""
+        return np.array(
+            [
+                -1 if o.fixed else int(self.model.joint(o.id).qposadr[0])
+                for o in self.scene.obstacles
+            ],
+            dtype=np.int64,
         )
+
+    def _fixed_poses(self) -> Array:
+        """Return positions and quaternions of the fixed obstacles, shape (f, 7)."""
+        return np.hstack([self.data.xpos[self._fixed], self.data.xquat[self._fixed]])
 
     def _entities(self) -> NDArray[np.int64]:
         """Return the entity of each geom."""
         model, n = self.model, len(self.scene.obstacles)
         body_entity = np.full(model.nbody, ct.FLOOR)
-        body_entity[self._bodies.index] = np.arange(n)
+        body_entity[self._index] = np.arange(n)
         body_entity[model.body("bumper").id] = n
         entity = body_entity[model.geom_bodyid]
         for wall in ("wall_west", "wall_south", "wall_east", "wall_north"):

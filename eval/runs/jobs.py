@@ -10,9 +10,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from beacon_mj.episode.episode import Listener
 from beacon_mj.episode.mission import Mission
 from beacon_mj.episode.protocol import Protocol
-from beacon_mj.episode.run import Listener
 from beacon_mj.episode.trace import Outcome, Trace
 from beacon_mj.errors import RunError
 from beacon_mj.eval.metrics.measure import measure
@@ -34,7 +34,7 @@ from beacon_mj.planners.base import Planner
 from beacon_mj.planners.registry import whole_spec
 from beacon_mj.scene import Scene
 from beacon_mj.streams import stream
-from beacon_mj.world import SimulationError, World
+from beacon_mj.world import BaseWorld, SimulationError, World
 
 Key = tuple[str, str, int]  #: Planner, family and scene index.
 
@@ -108,7 +108,7 @@ def run_job(
         suite_of_ref(config, *each) for each in zip(job.refs, scenes, strict=True)
     ]
     out = Attempt([], [])
-    worlds: dict[float, list[World]] = {}
+    worlds: dict[float, list[BaseWorld]] = {}
     for entry in entries:
         step = config.protocol_of(entry.name).timestep_s
         try:
@@ -168,7 +168,7 @@ def planner_seed(seed: int, family: str, index: int) -> int:
 def _days(
     config: RunConfig,
     folder: Path | None,
-    worlds: Sequence[World],
+    worlds: Sequence[BaseWorld],
     suites: Sequence[str | None],
     e: PlannerEntry,
     handed: Handovers,

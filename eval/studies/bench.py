@@ -30,7 +30,7 @@ from beacon_mj.planners.registry import load_planner
 from beacon_mj.recording import Recorder
 from beacon_mj.scene import Scene
 from beacon_mj.scene_gen.generate import generate_scene
-from beacon_mj.world import World
+from beacon_mj.world import BaseWorld, World
 from beacon_mj.world.bare import BareWorld, ScheduledWorld
 
 T = TypeVar("T")
@@ -90,10 +90,12 @@ class _TimedRecorder(Recorder):
 
     clock: Clock
 
-    def begin(self, trace: Trace, world: World, observation: Observation) -> None:
+    def begin(self, trace: Trace, world: BaseWorld, observation: Observation) -> None:
         self.clock.time(super().begin, trace, world, observation)
 
-    def step(self, record: StepRecord, world: World, observation: Observation) -> None:
+    def step(
+        self, record: StepRecord, world: BaseWorld, observation: Observation
+    ) -> None:
         self.clock.time(super().step, record, world, observation)
 
     def end(self, trace: Trace) -> None:

@@ -17,7 +17,7 @@ from beacon_mj.interface import Observation
 from beacon_mj.planners.registry import load_planner
 from beacon_mj.recording import Recorder
 from beacon_mj.scene_gen.generate import generate_scene
-from beacon_mj.world import World
+from beacon_mj.world import BaseWorld
 from tests.worlds import FAMILIES
 
 SCENES = int(os.environ.get("BENCH_SCENES", "1"))  #: Scenes of each family.
@@ -28,12 +28,14 @@ class Timed(Recorder):
 
     opening_s = steps_s = 0.0
 
-    def begin(self, trace: Trace, world: World, observation: Observation) -> None:
+    def begin(self, trace: Trace, world: BaseWorld, observation: Observation) -> None:
         begin = time.process_time()
         super().begin(trace, world, observation)
         self.opening_s += time.process_time() - begin
 
-    def step(self, record: StepRecord, world: World, observation: Observation) -> None:
+    def step(
+        self, record: StepRecord, world: BaseWorld, observation: Observation
+    ) -> None:
         begin = time.process_time()
         super().step(record, world, observation)
         self.steps_s += time.process_time() - begin

@@ -7,8 +7,9 @@ import msgspec
 import numpy as np
 import pytest
 
+from beacon_mj.episode.episode import make_task
 from beacon_mj.episode.protocol import PRESETS, Protocol
-from beacon_mj.episode.run import make_task, run_episode
+from beacon_mj.episode.run import run_episode
 from beacon_mj.episode.sensor import Sensor
 from beacon_mj.episode.sensor_noise import CORRELATION_S, ForceGain, PoseError
 from beacon_mj.errors import RunError

@@ -8,10 +8,11 @@ import pytest
 from msgspec import UNSET
 
 from beacon_mj.episode.conformance import check_planner
+from beacon_mj.episode.episode import make_task
 from beacon_mj.episode.mission import run_mission
 from beacon_mj.episode.protocol import Protocol
 from beacon_mj.episode.routes import route_graph, stages_of_day
-from beacon_mj.episode.run import make_task, run_episode
+from beacon_mj.episode.run import run_episode
 from beacon_mj.episode.trace import Trace
 from beacon_mj.errors import SceneError
 from beacon_mj.eval.runs.experiment import experiment

@@ -8,8 +8,8 @@ import msgspec
 import numpy as np
 import pytest
 
+from beacon_mj.episode.episode import make_task
 from beacon_mj.episode.protocol import Protocol, battery_slope
-from beacon_mj.episode.run import make_task
 from beacon_mj.errors import TemplateError
 from beacon_mj.mjcf_templates import ROOT
 from beacon_mj.scene import Scene, Sensing

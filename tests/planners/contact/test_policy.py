@@ -11,8 +11,9 @@ import pytest
 
 from beacon_mj import cli
 from beacon_mj.episode.conformance import check_planner
+from beacon_mj.episode.episode import make_task
 from beacon_mj.episode.protocol import Protocol
-from beacon_mj.episode.run import make_task, run_episode
+from beacon_mj.episode.run import run_episode
 from beacon_mj.errors import PlannerError
 from beacon_mj.eval.runs.run_folder import load_rows
 from beacon_mj.interface import (
