@@ -80,7 +80,7 @@ class _Bands:
     @property
     def height(self) -> int:
         """Height of both [pixels], the same at every step."""
-        return self._text(0).shape[0] + self._legend.shape[0]
+        return len(self._text(0)) + len(self._legend)
 
     def below(self, picture: Image, step: int) -> Image:
         """Return a picture with the text of a step and the legend below it."""

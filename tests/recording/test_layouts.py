@@ -121,7 +121,7 @@ def test_nothing_hides_what_is_drawn(layout: dict[str, Any]) -> None:
             assert config["legendDisplay"] == "left"
 
 
-@pytest.mark.parametrize("aspect", [1.1, 1.4, 2.0])
+@pytest.mark.parametrize("aspect", [1.2, 1.5, 2.0])
 def test_a_room_of_the_usual_size_is_in_sight(
     layout: dict[str, Any], aspect: float
 ) -> None:
