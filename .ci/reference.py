@@ -40,6 +40,7 @@ INTERFACE = {
         "SensedObstacle",
         "Contact",
         "PushEvidence",
+        "Scan",
         "Command",
         "PlannerInfo",
     ),
@@ -198,9 +199,15 @@ def option(field: "dataclasses.Field[object]") -> str:
 
 def observation() -> str:
     """Return the columns of every part of an observation."""
+    shapes = {"scan": "(beams,), with a lidar"}
     rows = (
-        (f"`{part.name}` {part.shape}", f"`{c.name}`", f"{c.low:g} to {c.high:g}", c[3])
-        for part in Observer().parts
+        (
+            f"`{part.name}` {shapes.get(part.name, part.shape)}",
+            f"`{c.name}`",
+            f"{c.low:g} to {c.high:g}",
+            c[3],
+        )
+        for part in Observer(beams=1).parts
         for c in part.columns
     )
     return table(("part and shape", "column", "bounds", "what it is"), rows)

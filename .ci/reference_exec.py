@@ -129,5 +129,8 @@ def array(note: str) -> Schema:
     if shape[2] == "2":
         return {"type": "array", "items": _POINT}
     assert shape[1].isdigit() or not shape[2], note
+    number: Schema = {"type": "number"}
+    if "infinite" in note:  # JSON has no such number.
+        number = {"type": ["number", "null"]}
     count = {"minItems": 2, "maxItems": 2} if shape[1] == "2" else {}
-    return {"type": "array", "items": {"type": "number"}, **count}
+    return {"type": "array", "items": number, **count}

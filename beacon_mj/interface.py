@@ -4,12 +4,16 @@ Coordinates are in the arena frame, in [m]; times are simulation time, in [s].
 Class probabilities are ordered as `beacon_mj.constants.CLASSES`.
 """
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal, NamedTuple
 
+import numpy as np
+
 from beacon_mj.constants import GRAVITY
 from beacon_mj.geometry import Array, Footprint, Footprints
+from beacon_mj.numerics import unit_vectors
 
 Probabilities = tuple[float, float, float]
 Evidence = Literal["moved", "not_moved", "broken"]
@@ -35,6 +39,12 @@ class SensorSheet:
         robot_pose_noise_m: Standard deviation of the robot's own position in the arena,
             along each axis [m].
         force_noise: Standard deviation of a felt force over that force.
+        lidar_beams: Beams of the lidar, evenly all round; 0 where there is none.
+        lidar_range_m: Range of the lidar from the robot's centre [m].
+        lidar_noise_m: Standard deviation of a measured range [m].
+        lidar_dropout: Probability that a beam brings nothing back.
+        obstacles: Whether obstacles are `perceived`, or `none`: then the scan and touch
+            are all there is.
     """
 
     range_m: float = 1.0
@@ -45,6 +55,11 @@ class SensorSheet:
     force_scale_error: float = 0.0
     robot_pose_noise_m: float = 0.0
     force_noise: float = 0.0
+    lidar_beams: int = 0
+    lidar_range_m: float = 3.5
+    lidar_noise_m: float = 0.0
+    lidar_dropout: float = 0.0
+    obstacles: Literal["perceived", "none"] = "perceived"
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -135,7 +150,7 @@ class Contact(NamedTuple):
     """The bumper feels an obstacle.
 
     Attributes:
-        id: The obstacle.
+        id: The obstacle; empty where obstacles are not perceived: touch has no names.
         normal: Horizontal unit vector from the robot into it, shape (2,).
         force_n: Filtered force at the end of the control step [N].
     """
@@ -164,6 +179,43 @@ class PushEvidence(NamedTuple):
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class Scan:
+    """One sweep of the lidar, from the robot's centre, all beams at one moment.
+
+    Beam k of n points along the angle 2 pi k / n, counter-clockwise from the arena's x
+    axis: the sensor's frame does not turn with the robot.
+
+    Attributes:
+        ranges_m: Distance to the first surface along each beam, shape (n,) [m];
+            infinite where nothing came back, be it for range or for a dropout.
+        range_max_m: Range of the lidar [m].
+    """
+
+    ranges_m: Array
+    range_max_m: float
+
+    @property
+    def angles_rad(self) -> Array:
+        """Direction of each beam, shape (n,), in [0, 2 pi) [rad]."""
+        return beam_angles(len(self.ranges_m))
+
+    def points_m(self, position_m: Array) -> Array:
+        """Return what was hit, as seen from `position_m` (2,), shape (k, 2) [m].
+
+        Args:
+            position_m: Centre of the robot, as in the observation of the scan.
+        """
+        hit = np.isfinite(self.ranges_m)
+        directions = unit_vectors(self.angles_rad[hit])
+        return np.asarray(position_m + self.ranges_m[hit][:, None] * directions)
+
+
+def beam_angles(beams: int) -> Array:
+    """Return the directions of `beams` beams, evenly all round, shape (n,) [rad]."""
+    return np.arange(beams, dtype=np.float64) * (2.0 * math.pi / max(beams, 1))
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class Observation:
     """Everything a planner knows at one control step.
 
@@ -182,6 +234,7 @@ class Observation:
         contacts: Obstacles that touch the bumper now.
         evidence: Push attempts that ended in the last control step, and what broke
             out of sight before and is sensed again now.
+        scan: The lidar's sweep at this moment; None where the robot has no lidar.
     """
 
     step: int
@@ -196,6 +249,7 @@ class Observation:
     map_version: int
     contacts: tuple[Contact, ...]
     evidence: tuple[PushEvidence, ...]
+    scan: Scan | None = None
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from beacon_mj.geometry import Array, Footprints, Mask
+from beacon_mj.geometry import Array, Mask
 from beacon_mj.interface import (
     Command,
     Observation,
@@ -16,11 +16,11 @@ from beacon_mj.interface import (
 )
 from beacon_mj.motion.expansions import ExpansionCount
 from beacon_mj.motion.path_tracking import follow, remainder
-from beacon_mj.motion.string_pulling import shorten
 from beacon_mj.numerics import dot
 from beacon_mj.planners.base import Planner
 from beacon_mj.planners.checks import expect_all_between, expect_between
 from beacon_mj.planners.contact.cost_map import ContactMap
+from beacon_mj.planners.contact.way_through import way_through
 from beacon_mj.planners.recovery import Recovery, give_up
 
 
@@ -127,15 +127,12 @@ class Impact(Planner[ImpactConfig]):
         self, observation: Observation, costs: Array, soft: Mask
     ) -> Array | None:
         """Return the cheapest path through the soft and past the other obstacles."""
-        footprints = observation.footprints
-        self._map.plan(observation, {int(i): costs[i] for i in np.flatnonzero(soft)})
-        path = self._map.path
-        if path is None:
-            return None
-        inside = (footprints.distances(path) < self._task.radius_m).any(axis=0) & soft
-        self._through = np.flatnonzero(inside)
-        others = Footprints(footprints.vertices[~inside], footprints.radius[~inside])
-        return shorten(path, others, self._task.radius_m + self.config.margin_m)
+        chosen = {int(i): float(costs[i]) for i in np.flatnonzero(soft)}
+        radius, margin = self._task.radius_m, self.config.margin_m
+        way = way_through(self._map, observation, chosen, radius, margin)
+        if way is not None:
+            self._through = way.through
+        return None if way is None else way.path_m
 
     def _track(
         self, path: Array, observation: Observation, *, replanned: bool

@@ -35,6 +35,8 @@ OURS = {
 #: `ctp-optimist`, `ctp-hindsight` and `belief-dp` the route graph and its prior.
 REFERENCE = {
     "impact": "beacon_mj.planners.impact:Impact",
+    "mppi": "beacon_mj.planners.mppi:Mppi",
+    "namo": "beacon_mj.planners.namo:Namo",
     "push-through": "beacon_mj.planners.push_through:PushThrough",
     "ctp-optimist": "beacon_mj.planners.ctp_optimist:CtpOptimist",
     "ctp-hindsight": "beacon_mj.planners.ctp_hindsight:CtpHindsight",

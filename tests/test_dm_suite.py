@@ -19,7 +19,7 @@ from beacon_mj import dm_suite
 EAST = np.array([1.0, 0.25], np.float32)
 
 
-class Conformance(test_utils.EnvironmentTestMixin):
+class Conformance(test_utils.EnvironmentTestMixin):  # type: ignore[misc]
     """dm_env's tests, on an environment whose episodes end within a sequence."""
 
     def make_object_under_test(self) -> Any:

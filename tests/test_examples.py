@@ -16,6 +16,7 @@ MADE = {
     "own_planner.py": ("Wary", "runs/wary"),
     "own_push_policy.py": ("bold", "runs/sure"),
     "own_family.py": ("of margin", "runs/stools"),
+    "cost_of_sensing.py": ("lidar only", "runs/sensing/perfect"),
     "read_log.py": ("at most", "force.png"),
 }
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Annotated, Any, Literal, TypeVar, get_args, get_type_hints
 
 import msgspec
-from msgspec import Meta
+from msgspec import UNSET, Meta, UnsetType
 
 from beacon_mj.constants import GRAVITY
 from beacon_mj.errors import RunError, unknown
@@ -16,6 +16,7 @@ from beacon_mj.scene_gen.perception import force_errors
 
 #: Sensing radius beyond every workspace [m].
 EVERYTHING_M = 100.0
+LIDAR_RANGE_M = 3.5  #: Range of a lidar unless set: LDS-01 of a TurtleBot3 [m].
 #: Key of the value at which a field hides nothing. Every field that makes the sensor
 #: less than perfect carries one; `Protocol.certain` needs no other list of them.
 _CERTAIN = "certain"
@@ -71,6 +72,13 @@ class Protocol(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
             family's, or 0.
         overnight: How each further day of a mission finds the room: `restored`, as the
             scene has it, or `as_left` by the planner on the day before.
+        lidar_beams: Beams of the robot's lidar, evenly all round; none if 0 or unset.
+        lidar_range_m: Its range from the robot's centre; 3.5 m if unset, that of the
+            LDS-01 of a TurtleBot3.
+        lidar_noise_m: Standard deviation of a measured range; 0 if unset.
+        lidar_dropout: Probability that a beam brings nothing back; 0 if unset.
+        obstacles: Whether obstacles are `perceived`, as if unset, or `none`: a planner
+            then knows what the lidar measures and the bumper feels, and nothing else.
     """
 
     sensing_radius_m: (
@@ -100,6 +108,25 @@ class Protocol(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
         Annotated[float, Meta(ge=0.0, le=1.0, extra={_CERTAIN: 0.0})] | None
     ) = None
     overnight: Literal["restored", "as_left"] = "restored"
+    # Fields that were added later are left out of logs and runs in which they are not
+    # set, so that those keep their bytes.
+    lidar_beams: (
+        Annotated[int, Meta(ge=0, le=4096, extra={_CERTAIN: UNSET})] | UnsetType
+    ) = UNSET
+    lidar_range_m: (
+        Annotated[float, Meta(ge=0.2, le=EVERYTHING_M, extra={_CERTAIN: UNSET})]
+        | UnsetType
+    ) = UNSET
+    lidar_noise_m: (
+        Annotated[float, Meta(ge=0.0, le=0.5, extra={_CERTAIN: UNSET})] | UnsetType
+    ) = UNSET
+    lidar_dropout: (
+        Annotated[float, Meta(ge=0.0, lt=1.0, extra={_CERTAIN: UNSET})] | UnsetType
+    ) = UNSET
+    obstacles: (
+        Annotated[Literal["perceived", "none"], Meta(extra={_CERTAIN: UNSET})]
+        | UnsetType
+    ) = UNSET
 
     @classmethod
     def preset(cls, name: str) -> "Protocol":
@@ -127,6 +154,8 @@ class Protocol(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
         """
         for field in msgspec.structs.fields(self):
             value = getattr(self, field.name)
+            if value is UNSET:
+                continue
             plain = float(value) if isinstance(value, float) else value
             try:
                 msgspec.convert(plain, field.type)
@@ -167,14 +196,19 @@ class Protocol(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
                 self.robot_pose_noise_m, own.robot_pose_noise_m, 0.0
             ),
             force_noise=_first(self.force_noise, own.force_noise, 0.0),
+            lidar_beams=_first(self.lidar_beams, None, 0),
+            lidar_range_m=_first(self.lidar_range_m, None, LIDAR_RANGE_M),
+            lidar_noise_m=_first(self.lidar_noise_m, None, 0.0),
+            lidar_dropout=_first(self.lidar_dropout, None, 0.0),
+            obstacles=_first(self.obstacles, None, "perceived"),
         )
 
 
 T = TypeVar("T")
 
 
-def _first(user: T | None, family: T | None, default: T) -> T:
-    if user is not None:
+def _first(user: T | UnsetType | None, family: T | None, default: T) -> T:
+    if user is not None and not isinstance(user, UnsetType):
         return user
     return default if family is None else family
 
@@ -187,7 +221,7 @@ def diagonal_m(scene: Scene) -> float:
 
 
 @functools.cache
-def _perfect() -> dict[str, float | bool]:
+def _perfect() -> dict[str, float | bool | UnsetType]:
     """Return the fields that limit the sensor, at the values at which none does."""
     hints = get_type_hints(Protocol, include_extras=True)
     extras = {name: _extra(hint) for name, hint in hints.items()}

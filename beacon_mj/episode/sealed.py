@@ -13,7 +13,7 @@ import numpy as np
 
 from beacon_mj.episode.sighting import sighting
 from beacon_mj.geometry import Array, Footprint, Footprints
-from beacon_mj.interface import Contact, Observation, SensedObstacle, Task
+from beacon_mj.interface import Contact, Observation, Scan, SensedObstacle, Task
 
 _FLOAT = np.dtype(np.float64)
 _SEALED = ("footprint", "centroid_m")
@@ -155,6 +155,7 @@ class Sealer:
                 ]
             ),
             evidence=seen.evidence,
+            scan=None if seen.scan is None else _scan(seen.scan),
         )
 
     def _obstacle(self, seen: SensedObstacle) -> SensedObstacle:
@@ -171,6 +172,10 @@ class Sealer:
             self._vertices = Memory.of(stacked.vertices)
             self._radius = Memory.of(stacked.radius)
         return Footprints(self._vertices.array(), self._radius.array())
+
+
+def _scan(scan: Scan) -> Scan:
+    return Scan(ranges_m=sealed_array(scan.ranges_m), range_max_m=scan.range_max_m)
 
 
 def _base(array: Array) -> object:

@@ -5,12 +5,16 @@ at most r_s, and whenever the robot touches it, whatever hides it. Once sensed i
 in the map with its last seen pose. It is sensed from the robot: where that is wrong
 about its own position, what it sees is off by as much. Class, mass, friction and break
 force never cross; perceived values do, as the scene stores them.
+
+Where obstacles are not perceived there is no map at all: a planner has the scan of the
+lidar, if there is one, and feels where something touches the bumper, but not what.
 """
 
 import numpy as np
 import shapely
 
 from beacon_mj.constants import CONTACT_N
+from beacon_mj.episode.lidar import Scanner
 from beacon_mj.episode.protocol import Protocol
 from beacon_mj.episode.sensor_noise import ForceGain, PoseError
 from beacon_mj.episode.sighting import sighting
@@ -36,6 +40,8 @@ class Sensor:
         self._pose = PoseError(scene, own) if own > 0.0 else None
         felt = sheet.force_noise
         self._gain = ForceGain(scene, felt) if felt > 0.0 else None
+        self._scanner = Scanner(world, sheet) if sheet.lidar_beams else None
+        self._blind = sheet.obstacles == "none"
         self._off_m: Array | None = None
         self._number = {o.id: i for i, o in enumerate(scene.obstacles)}
         self._order: list[int] = []
@@ -52,7 +58,10 @@ class Sensor:
         time_s = 0.0 if outcome is None else outcome.time_s
         self._off_m = None if self._pose is None else self._pose.next_m()
         gain = 1.0 if self._gain is None else self._gain.next()
-        self._look(time_s, outcome)
+        if not self._blind:
+            self._look(time_s, outcome)
+        felt = () if outcome is None else _felt(outcome, gain)
+        ended = () if outcome is None else self._evidence(outcome, gain)
         position = world.position_m
         return Observation(
             step=0 if outcome is None else outcome.step,
@@ -65,8 +74,9 @@ class Sensor:
             obstacles=tuple(self._seen[i] for i in self._order),
             footprints=self._stacked,
             map_version=self._version,
-            contacts=() if outcome is None else _felt(outcome, gain),
-            evidence=() if outcome is None else self._evidence(outcome, gain),
+            contacts=_nameless(felt) if self._blind else felt,
+            evidence=() if self._blind else ended,
+            scan=None if self._scanner is None else self._scanner.scan(),
         )
 
     def _look(self, time_s: float, outcome: StepOutcome | None) -> None:
@@ -208,3 +218,8 @@ def _felt(outcome: StepOutcome, gain: float = 1.0) -> tuple[Contact, ...]:
             normal = c.force_n[:2] / size
             felt.append(Contact(c.obstacle, normal, gain * c.filtered_n))
     return tuple(felt)
+
+
+def _nameless(felt: tuple[Contact, ...]) -> tuple[Contact, ...]:
+    """Return contacts of which only place and force are known."""
+    return tuple(contact._replace(id="") for contact in felt)

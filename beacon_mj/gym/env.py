@@ -1,7 +1,7 @@
 """The environment: episodes of one family behind Gymnasium's interface."""
 
 import copy
-from typing import Any, ClassVar
+from typing import Any
 
 import gymnasium
 import numpy as np
@@ -31,7 +31,7 @@ class NavigationEnv(gymnasium.Env[dict[str, Values], Values]):
     the same that an evaluation writes.
     """
 
-    metadata: ClassVar[dict[str, Any]] = {
+    metadata: dict[str, Any] = {  # noqa: RUF012 - Gymnasium declares it so
         "render_modes": ["rgb_array"],
         "render_fps": 10,
     }
@@ -55,7 +55,7 @@ class NavigationEnv(gymnasium.Env[dict[str, Values], Values]):
         self.render_mode = render_mode
         self._episodes = Navigation(made_options(family, options))
         parts = self._episodes.observer.parts
-        self.observation_space = spaces.Dict({p.name: _box(p) for p in parts})
+        self.observation_space: Any = spaces.Dict({p.name: _box(p) for p in parts})
         self.action_space = spaces.Box(-1.0, 1.0, (2,), np.float32)
 
     def reset(

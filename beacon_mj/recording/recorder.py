@@ -26,6 +26,7 @@ from beacon_mj.recording.frames import Frames, robot_transform
 from beacon_mj.recording.labels import BeliefPicture, labels, rounded_belief
 from beacon_mj.recording.machine import machine
 from beacon_mj.recording.messages import schema_data
+from beacon_mj.recording.scans import SCAN_TOPIC, scan_message
 from beacon_mj.recording.schemas import SCENE_NAME, TOPICS, WORLD_NAME
 from beacon_mj.recording.timeline import Timeline
 from beacon_mj.recording.writer import LogWriter
@@ -69,6 +70,7 @@ class Recorder:
             self._log_poses(world, 0)
             self._log_state(world, 0)
             self._log_sensed(observation)
+            self._log_scan(world, observation)
             self._put("/step", encoding.start_message(world, observation))
             self._writer.flush()
 
@@ -83,6 +85,7 @@ class Recorder:
             self._log_state(world, record.outcome.step)
             self._log_poses(world, before)
             self._log_sensed(observation)
+            self._log_scan(world, observation)
             self._log_outcome(record, world)
             self._put("/step", encoding.step_message(record))
             if time_ns // NS > before // NS:
@@ -133,19 +136,20 @@ class Recorder:
             packed = gzip.compress(data, compresslevel=6, mtime=0)
             attachment = Attachment(0, 0, name + PACKED, "application/gzip", packed)
             self._writer.put(attachment)
-        self._register()
         sheet = trace.protocol.sensor(trace.scene)
+        self._register(lidar=sheet.lidar_beams > 0)
         self._misled = sheet.robot_pose_noise_m > 0.0 or sheet.force_noise > 0.0
 
-    def _register(self) -> None:
-        """Register every topic, and every schema once."""
-        schemas = {name: k for k, name in enumerate(dict.fromkeys(TOPICS.values()), 1)}
+    def _register(self, *, lidar: bool) -> None:
+        """Register every topic, and every schema once; `/scan` for a lidar only."""
+        topics = {t: s for t, s in TOPICS.items() if lidar or t != SCAN_TOPIC}
+        schemas = {name: k for k, name in enumerate(dict.fromkeys(topics.values()), 1)}
         for name, number in schemas.items():
             schema = Schema(number, schema_data(name), "protobuf", name)
             self._writer.define(schema)
-        self._channels = {topic: k for k, topic in enumerate(TOPICS, 1)}
+        self._channels = {topic: k for k, topic in enumerate(topics, 1)}
         for topic, number in self._channels.items():
-            channel = Channel(number, topic, "protobuf", {}, schemas[TOPICS[topic]])
+            channel = Channel(number, topic, "protobuf", {}, schemas[topics[topic]])
             self._writer.define(channel)
 
     def _reset(self, world: BaseWorld) -> None:
@@ -235,6 +239,13 @@ class Recorder:
         if updated or visible != self._visible:
             self._visible = visible
             self._put("/sensed", encoding.sensed_message(visible, updated))
+
+    def _log_scan(self, world: BaseWorld, observation: Observation) -> None:
+        """Write what the lidar measured, as the planner gets it."""
+        if observation.scan is not None:
+            place, robot = world.position_m, world.scene.robot
+            found = scan_message(observation.scan, place, robot, self._time_ns)
+            self._put(SCAN_TOPIC, found)
 
     def _log_outcome(self, record: StepRecord, world: BaseWorld) -> None:
         """Write contacts, push attempts, damage, and what they mean in words."""

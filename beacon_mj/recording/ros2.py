@@ -17,6 +17,7 @@ from beacon_mj.errors import LogError
 from beacon_mj.recording import ros2_messages as ros
 from beacon_mj.recording.frames import obstacle_poses
 from beacon_mj.recording.reader import Log, read_log
+from beacon_mj.recording.scans import SCAN_TOPIC
 
 #: What each topic of the bag carries.
 BAG_TOPICS = {
@@ -26,6 +27,8 @@ BAG_TOPICS = {
     "/plan": "nav_msgs/msg/Path",
     "/markers": "visualization_msgs/msg/MarkerArray",
 }
+#: The same of a robot with a lidar.
+LIDAR_TOPICS = BAG_TOPICS | {SCAN_TOPIC: "sensor_msgs/msg/LaserScan"}
 
 
 def export_ros2(log_path: str | Path, folder: str | Path) -> int:
@@ -56,17 +59,22 @@ def export_ros2(log_path: str | Path, folder: str | Path) -> int:
 
 
 def _write(log: Log, folder: Path) -> int:
-    count = 0
+    count, topics = 0, bag_topics(log)
     with Writer(folder, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
         connections = {
             topic: writer.add_connection(topic, kind, typestore=ros.STORE)
-            for topic, kind in BAG_TOPICS.items()
+            for topic, kind in topics.items()
         }
         for time_ns, topic, found in sorted(_messages(log), key=lambda m: m[0]):
-            data = ros.STORE.serialize_cdr(found, BAG_TOPICS[topic])
+            data = ros.STORE.serialize_cdr(found, topics[topic])
             writer.write(connections[topic], time_ns, data)
             count += 1
     return count
+
+
+def bag_topics(log: Log) -> dict[str, str]:
+    """Return the topics of a log's bag, with the type of each."""
+    return LIDAR_TOPICS if log.messages[SCAN_TOPIC] else BAG_TOPICS
 
 
 def _messages(log: Log) -> Iterator[tuple[int, str, Any]]:
@@ -85,3 +93,8 @@ def _messages(log: Log) -> Iterator[tuple[int, str, Any]]:
     for topic in ("/scene", "/contacts/arrows"):
         for time_ns, update in log.messages[topic]:
             yield time_ns, "/markers", ros.markers(update, time_ns)
+    range_m = log.protocol.sensor(log.scene).lidar_range_m
+    period_s = log.scene.robot.control_period_s
+    for time_ns, scan in log.messages[SCAN_TOPIC]:
+        yield time_ns, "/tf", ros.lidar_frame(scan, time_ns)
+        yield time_ns, SCAN_TOPIC, ros.laser_scan(scan, range_m, period_s, time_ns)

@@ -9,6 +9,7 @@ from rosbags.typesys import Stores, get_typestore
 from beacon_mj.recording.drawing import ARENA, NS, ROBOT_FRAME
 
 STORE: Any = get_typestore(Stores.ROS2_JAZZY)
+LIDAR_FRAME = "lidar"  #: Moves with the robot and does not turn.
 ARROW, CUBE, SPHERE, CYLINDER, TRIANGLES = 0, 1, 2, 3, 11  #: Kinds of a Marker.
 
 
@@ -82,6 +83,40 @@ def path(plan: Any, time_ns: int) -> Any:
             make("geometry_msgs/PoseStamped", header(time_ns), _pose(pose))
             for pose in plan.poses
         ],
+    )
+
+
+def lidar_frame(scan: Any, time_ns: int) -> Any:
+    """Return where the lidar is; `scan` is a `foxglove.LaserScan`."""
+    place, upright = scan.pose.position, scan.pose.orientation
+    pose = make("geometry_msgs/Transform", _vector(place), _quaternion(upright))
+    frame = make("geometry_msgs/TransformStamped", header(time_ns), LIDAR_FRAME, pose)
+    return make("tf2_msgs/TFMessage", [frame])
+
+
+def laser_scan(scan: Any, range_m: float, period_s: float, time_ns: int) -> Any:
+    """Return a scan, all beams of one moment; infinity where nothing came back.
+
+    Args:
+        scan: A `foxglove.LaserScan`.
+        range_m: Range of the lidar [m].
+        period_s: Time from one scan to the next [s].
+        time_ns: When it was taken [ns].
+    """
+    ranges = np.array(scan.ranges, np.float32)
+    step = scan.end_angle / max(len(ranges) - 1, 1)
+    return make(
+        "sensor_msgs/LaserScan",
+        header(time_ns, LIDAR_FRAME),
+        scan.start_angle,
+        scan.end_angle,
+        step,
+        0.0,
+        period_s,
+        0.0,
+        range_m,
+        ranges,
+        np.zeros(0, np.float32),
     )
 
 

@@ -44,6 +44,8 @@ FOXGLOVE: Final[dict[str, str]] = {
     "models:*ModelPrimitive",
     "SceneEntityDeletion": "timestamp:Timestamp type:Type id:string",
     "SceneUpdate": "deletions:*SceneEntityDeletion entities:*SceneEntity",
+    "LaserScan": "timestamp:Timestamp frame_id:string pose:Pose start_angle:double "
+    "end_angle:double ranges:*double intensities:*double",
 }
 
 #: Enumerations nested in Foxglove's messages.
@@ -86,7 +88,7 @@ BEACON: Final[dict[str, str]] = {
     "Sensed": "visible:*string updated:*SensedObstacle",
 }
 
-#: Which message each topic carries.
+#: Which message each topic carries. Only logs of robots with a lidar have `/scan`.
 TOPICS: Final[dict[str, str]] = {
     "/tf": "foxglove.FrameTransforms",
     "/tf/start": "foxglove.FrameTransforms",
@@ -110,6 +112,7 @@ TOPICS: Final[dict[str, str]] = {
     "/damage": "beacon_mj.Damage",
     "/state": "beacon_mj.State",
     "/step": "beacon_mj.Step",
+    "/scan": "foxglove.LaserScan",
 }
 
 SCENE_NAME: Final = "scene.json"  #: Name of the attached scene.

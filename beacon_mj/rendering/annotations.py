@@ -16,6 +16,7 @@ TRAIL_RGBA = (0.1, 0.12, 0.2, 0.75)
 ARROW_RGBA = (0.85, 0.05, 0.05, 1.0)
 LABEL_RGBA = (0.05, 0.05, 0.1, 1.0)
 CROSS_RGBA = (1.0, 1.0, 1.0, 1.0)  #: Of the cross on what is broken.
+SCAN_RGBA = (0.95, 0.45, 0.0, 1.0)  #: Of what the lidar hit.
 ARROW_M_PER_N = 0.015  #: Length of a contact arrow per newton.
 ARROW_MIN_N = 1.0  #: Smallest contact force that is drawn [N].
 
@@ -97,6 +98,13 @@ class Marks:
             start = np.array([*contact.point_m[:2], top + 0.08])
             end = start + force * ARROW_M_PER_N
             _connect(scene, mujoco.mjtGeom.mjGEOM_ARROW, 0.045, start, end, ARROW_RGBA)
+
+
+def draw_scan(scene: mujoco.MjvScene, points_m: Array, height_m: float) -> None:
+    """Add a ball where each beam hit something, points (k, 2) at one height [m]."""
+    for x, y in points_m.tolist():
+        place, size = np.array([x, y, height_m]), np.full(3, 0.02)
+        _add(scene, mujoco.mjtGeom.mjGEOM_SPHERE, size, place, np.array(SCAN_RGBA))
 
 
 def shown_kind(obstacle: Obstacle) -> str | None:

@@ -11,6 +11,7 @@ from beacon_mj.episode.trace import StepRecord, Trace
 from beacon_mj.files import replacing
 from beacon_mj.geometry import Array
 from beacon_mj.recording.reader import Log, log_of
+from beacon_mj.recording.scans import SCAN_TOPIC
 from beacon_mj.rendering.captions import decision, events, summary
 from beacon_mj.rendering.gl import ASPECT
 from beacon_mj.rendering.legend import entries
@@ -75,7 +76,8 @@ def _sheet(pictures: list[Any], texts: list[Any], title: str, log: Log) -> Any:
     width, height = (side + GAP_PIXELS for side in pictures[0].size)
     height += texts[0].height
     (head,) = captions([title], columns * width)
-    foot = legend(entries(log.scene), columns * width)
+    lidar = bool(log.messages[SCAN_TOPIC])
+    foot = legend(entries(log.scene, lidar=lidar), columns * width)
     rows = -(-len(pictures) // columns)
     whole = head.height + rows * height + GAP_PIXELS + foot.height
     sheet = Pillow.new("RGB", (columns * width, whole), "white")

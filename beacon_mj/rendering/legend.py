@@ -10,6 +10,7 @@ from beacon_mj.rendering.annotations import (
     ARROW_RGBA,
     CROSS_RGBA,
     PATH_RGBA,
+    SCAN_RGBA,
     TRAIL_RGBA,
 )
 from beacon_mj.scene import Scene
@@ -28,12 +29,13 @@ class Entry(NamedTuple):
     text: str
 
 
-def entries(scene: Scene, *, dots: bool = True) -> list[Entry]:
+def entries(scene: Scene, *, dots: bool = True, lidar: bool = False) -> list[Entry]:
     """Return the legend of the 3-D pictures of a scene.
 
     Args:
         scene: Whose classes have colours.
         dots: Whether a dot on each obstacle shows its true class.
+        lidar: Whether what a lidar hits is drawn.
     """
     believed = Entry("square", "#707070", "colour: what the planner believes")
     if dots:
@@ -53,6 +55,7 @@ def entries(scene: Scene, *, dots: bool = True) -> list[Entry]:
         Entry("arrow", hexadecimal(ARROW_RGBA), "contact force"),
         Entry("disc", START_RGB, "start"),
         Entry("disc", GOAL_RGB, "goal"),
+        *([Entry("disc", hexadecimal(SCAN_RGBA), "lidar")] if lidar else []),
     ]
 
 

@@ -2,8 +2,8 @@
 
 Footprints before (dashed) and after (filled, colour by true class), the way travelled
 over the band that the sensor swept, contacts as dots whose area grows with the force,
-push attempts, and what broke. Coordinates are the arena's, in [m]; the legend repeats
-the marks of the drawing.
+push attempts, what broke, and the last scan of a lidar. Coordinates are the arena's,
+in [m]; the legend repeats the marks of the drawing.
 """
 
 from collections.abc import Iterable, Iterator
@@ -21,7 +21,14 @@ from beacon_mj.files import replacing
 from beacon_mj.geometry import Array
 from beacon_mj.recording.reader import Log, log_of
 from beacon_mj.recording.rebuild import rebuild_trace
-from beacon_mj.rendering.annotations import cross, cross_reach, scale_m, shown_kind
+from beacon_mj.recording.scans import scan_points
+from beacon_mj.rendering.annotations import (
+    SCAN_RGBA,
+    cross,
+    cross_reach,
+    scale_m,
+    shown_kind,
+)
 from beacon_mj.rendering.captions import summary
 from beacon_mj.rendering.legend import GOAL_RGB, START_RGB, hexadecimal
 from beacon_mj.scene import Obstacle, shapes
@@ -34,6 +41,7 @@ MARGIN_M, FONT_M, LINE_M = 0.25, 0.13, 0.2
 TITLE_CHARS = 84  #: Of one line of the title.
 INK, CONTACT_RGB = "#14213d", "#d32f2f"
 MARKS = {"moved": "#1a7f37", "not_moved": "#c62828", "broken": "#4a0d5c"}
+SCAN_RGB = hexadecimal(SCAN_RGBA)
 _PREFIX = "obstacle_"  #: Of the ids of generated scenes, left out in the drawing.
 
 
@@ -94,6 +102,8 @@ class _Panel:
         for obstacle in self._log.scene.obstacles:
             yield from self._obstacle(obstacle)
         yield from self._events()
+        for x, y in scan_points(self._log, self._log.steps).tolist():
+            yield _disc(x, y, 0.02 * self._unit, SCAN_RGB, 1.0)
         yield "</g>"
         for k, text in enumerate(title[::-1]):
             y = -north - 0.09 * self._unit - k * line
@@ -118,8 +128,8 @@ class _Panel:
         trace = self._trace
         west, south, east, north = trace.scene.workspace_m
         points = np.array([trace.start_m, *(s.outcome.position_m for s in trace.steps)])
-        radius = trace.scene.robot.radius_m
-        reach = radius + trace.protocol.sensor(trace.scene).range_m
+        radius, sheet = trace.scene.robot.radius_m, trace.protocol.sensor(trace.scene)
+        reach = radius + sheet.range_m if sheet.obstacles == "perceived" else 0.0
         way = f'points="{_points(points)}" fill="none" stroke-linejoin="round"'
         yield (
             f'<clipPath id="arena"><rect x="{west}" y="{south}" width="{east - west}" '
@@ -223,6 +233,9 @@ class _Panel:
         yield _disc(0.0, 0.0, half, GOAL_RGB), "goal"
         yield self._robot(0.0, 0.0, half), "robot at the end"
         yield self._label(0.0, 0.0, "7", "middle", flip=False), f"{_PREFIX}7"
+        if len(scan_points(self._log, self._log.steps)):
+            dot = _disc(0.0, 0.0, 0.02 * self._unit, SCAN_RGB, 1.0)
+            yield dot, "lidar at the end"
 
     def _colour(self, name: str) -> str:
         """Return the colour of a true class."""

@@ -2,7 +2,7 @@
 
 Obstacles take the colour of the planner's class belief, a dot on top the colour of
 their true class; those not sensed yet are pale. The planned path lies on the floor,
-contact forces are arrows, broken obstacles turn dark.
+contact forces are arrows, broken obstacles turn dark, what the lidar hit is dotted.
 """
 
 from typing import Self
@@ -13,10 +13,12 @@ from beacon_mj.episode.trace import StepRecord
 from beacon_mj.geometry import Array
 from beacon_mj.recording.reader import Log
 from beacon_mj.recording.rebuild import rebuild_trace
-from beacon_mj.rendering.annotations import Marks
+from beacon_mj.recording.scans import scan_points
+from beacon_mj.rendering.annotations import Marks, draw_scan
 from beacon_mj.rendering.colors import Paint
 from beacon_mj.rendering.gl import Canvas, Image, camera_over
 from beacon_mj.scene_gen.mjcf import scene_mjcf
+from beacon_mj.world.lidar import scan_height_m
 
 
 class Playback:
@@ -36,6 +38,7 @@ class Playback:
         }
         self._paints = Paint(self.trace)
         self._marks = Marks(self.trace, self._model)
+        self._scan_m = scan_height_m(scene.robot.height_m)
 
     @property
     def steps(self) -> int:
@@ -70,6 +73,7 @@ class Playback:
     def _decorate(self, scene: mujoco.MjvScene, step: int) -> None:
         self._paint(scene, step)
         self._marks.draw(scene, self._data, step)
+        draw_scan(scene, scan_points(self.log, step), self._scan_m)
 
     def _paint(self, scene: mujoco.MjvScene, step: int) -> None:
         """Recolour the geoms of all obstacles."""

@@ -79,7 +79,7 @@ class Navigation:
         self._weights = checked_weights(options.weights)
         self._world: BaseWorld | None = None
         self.order = SceneOrder(options.indices, options.seed)
-        self.observer = Observer(options.nearest)
+        self.observer = Observer(options.nearest, options.rules.lidar_beams or 0)
 
     def begin(self, index: int | None = None) -> dict[str, Values]:
         """Start an episode; return its first observation.

@@ -7,7 +7,7 @@ import numpy as np
 from beacon_mj.errors import PlannerError, RunError
 from beacon_mj.geometry import Array
 from beacon_mj.interface import Observation, Task
-from beacon_mj.rl.parts import Goal, Nearest, Part, Robot, Values, Walls
+from beacon_mj.rl.parts import Goal, Nearest, Part, Robot, Sweep, Values, Walls
 
 NEAREST = 8  #: Obstacles in an observation.
 
@@ -23,15 +23,20 @@ class Observer:
         parts: What an observation is made of, in order.
     """
 
-    def __init__(self, nearest: int = NEAREST) -> None:
-        """Observe that many of the nearest obstacles, 1 to 100.
+    def __init__(self, nearest: int = NEAREST, beams: int = 0) -> None:
+        """Prepare; `reset` comes next.
+
+        Args:
+            nearest: Obstacles in an observation, 1 to 100.
+            beams: Beams of the lidar, as in the protocol; 0 for no `scan`.
 
         Raises:
-            RunError: If it is another number.
+            RunError: If there would be no such number of obstacles.
         """
         if not 1 <= nearest <= 100:
             raise RunError(f"Expected nearest between 1 and 100 but it was {nearest}.")
-        self.parts: tuple[Part, ...] = (Goal(), Robot(), Walls(), Nearest(nearest))
+        parts = [Goal(), Robot(), Walls(), Nearest(nearest)]
+        self.parts: tuple[Part, ...] = (*parts, Sweep(beams)) if beams else (*parts,)
 
     def reset(self, task: Task) -> None:
         """Forget everything and start on a task."""

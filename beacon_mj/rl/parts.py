@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from beacon_mj.geometry import Array
 from beacon_mj.interface import Observation, SensedObstacle, Task
 from beacon_mj.numerics import norm
 
@@ -72,7 +73,7 @@ class Part(ABC):
         """Forget what was seen before."""
 
     @abstractmethod
-    def _values(self, observation: Observation, task: Task) -> Sequence[Any]:
+    def _values(self, observation: Observation, task: Task) -> Any:
         """Return numbers that fill its shape."""
 
     def _all(self, values: Sequence[float]) -> Values:
@@ -122,9 +123,11 @@ class Walls(Part):
     """How far the outer walls are from the robot's body."""
 
     name = "walls"
-    columns = tuple(
-        Column(f"{side}_m", -1.0, REACH_M, f"gap to the {side} wall")
-        for side in ("west", "south", "east", "north")
+    columns = (
+        Column("west_m", -1.0, REACH_M, "gap to the west wall"),
+        Column("south_m", -1.0, REACH_M, "the same, south"),
+        Column("east_m", -1.0, REACH_M, "the same, east"),
+        Column("north_m", -1.0, REACH_M, "the same, north"),
     )
 
     def _values(self, observation: Observation, task: Task) -> Sequence[float]:
@@ -132,6 +135,31 @@ class Walls(Part):
         west, south, east, north = task.workspace_m
         gaps = (x - west, y - south, east - x, north - y)
         return [gap - task.radius_m for gap in gaps]
+
+
+class Sweep(Part):
+    """The lidar's sweep, where the protocol gives the robot one.
+
+    Beam k of n points along the angle 2 pi k / n, counter-clockwise from east.
+    """
+
+    name = "scan"
+    columns = (
+        Column("range_m", 0.0, REACH_M, "first surface along a beam, else the range"),
+    )
+
+    def __init__(self, beams: int) -> None:
+        """Hold that many beams."""
+        self._beams = beams
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of its array: one number a beam."""
+        return (self._beams,)
+
+    def _values(self, observation: Observation, task: Task) -> Array:
+        assert observation.scan is not None
+        return np.minimum(observation.scan.ranges_m, observation.scan.range_max_m)
 
 
 class Nearest(Part):
@@ -194,7 +222,7 @@ class Nearest(Part):
                 self._held_n[each.id] = max(held, each.force_n)
 
     def _obstacle(
-        self, o: SensedObstacle, here: NDArray[np.float64], contact_n: float
+        self, o: SensedObstacle, here: Array, contact_n: float
     ) -> Sequence[float]:
         x, y = (o.centroid_m - here).tolist()
         total = math.fsum(o.scores)

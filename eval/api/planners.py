@@ -4,6 +4,7 @@ import inspect
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
+from msgspec import UnsetType
 from rich.table import Table
 
 from beacon_mj.errors import PlannerError
@@ -166,4 +167,4 @@ def settable(value: object) -> str:
         value = sorted(value)
     if isinstance(value, tuple | list):
         return f"[{','.join(str(each) for each in value)}]"
-    return str(value).lower() if isinstance(value, bool) else str(value)
+    return str(value).lower() if isinstance(value, bool | UnsetType) else str(value)

@@ -1,7 +1,7 @@
 """One value given as text, such as `0.5,0,0.5`, turned into what its field holds.
 
 Numbers, truth values, words of a `Literal`, lists, tuples and sets of them, with or
-without brackets, and `none` where a field may be None.
+without brackets, `none` where a field may be None, `unset` where it may be left out.
 """
 
 import math
@@ -10,6 +10,7 @@ from collections.abc import Iterable
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 import msgspec
+from msgspec import UNSET, UnsetType
 
 _OPEN, _CLOSE = "[(", "])"
 _SEQUENCES = (tuple, list, set, frozenset)
@@ -32,6 +33,8 @@ def parse_value(text: str, hint: Any) -> Any:
     Raises:
         BadValue: If there is none, or a number in it is not finite.
     """
+    if UnsetType in get_args(hint) and text.lower() == "unset":
+        return UNSET
     try:
         value = msgspec.convert(_structured(text, hint), hint, strict=False)
     except (msgspec.ValidationError, BadValue) as problem:
@@ -51,6 +54,8 @@ def describe(hint: Any) -> str:
         )
     if origin in (Union, types.UnionType):
         return " or ".join(describe(each) for each in arguments)
+    if hint is UnsetType:
+        return "unset"
     if origin is Literal:
         return f"one of {', '.join(map(str, arguments))}"
     if origin is tuple and arguments[-1:] != (...,):
@@ -81,7 +86,7 @@ def _structured(text: str, hint: Any) -> Any:
     if origin in (Union, types.UnionType):
         if type(None) in arguments and text.lower() in ("none", "null"):
             return None
-        rest = [each for each in arguments if each is not type(None)]
+        rest = [each for each in arguments if each not in (type(None), UnsetType)]
         return _structured(text, rest[0]) if len(rest) == 1 else text
     if hint is bool:
         return text.lower()

@@ -18,6 +18,7 @@ from mujoco._enums import mjtJacobian as mjtJacobian
 from mujoco._enums import mjtJoint as mjtJoint
 from mujoco._enums import mjtObj as mjtObj
 from mujoco._enums import mjtRndFlag as mjtRndFlag
+from mujoco._enums import mjtState as mjtState
 from mujoco._enums import mjtWarning as mjtWarning
 from mujoco._functions import mj_camlight as mj_camlight
 from mujoco._functions import mj_contactForce as mj_contactForce
@@ -25,9 +26,12 @@ from mujoco._functions import mj_energyPos as mj_energyPos
 from mujoco._functions import mj_energyVel as mj_energyVel
 from mujoco._functions import mj_forward as mj_forward
 from mujoco._functions import mj_geomDistance as mj_geomDistance
+from mujoco._functions import mj_getState as mj_getState
 from mujoco._functions import mj_kinematics as mj_kinematics
 from mujoco._functions import mj_mulJacTVec as mj_mulJacTVec
+from mujoco._functions import mj_multiRay as mj_multiRay
 from mujoco._functions import mj_resetData as mj_resetData
+from mujoco._functions import mj_stateSize as mj_stateSize
 from mujoco._functions import mj_step as mj_step
 from mujoco._functions import mju_quat2Mat as mju_quat2Mat
 from mujoco._functions import mju_rotVecQuat as mju_rotVecQuat
@@ -60,3 +64,4 @@ from mujoco._structs import MjvPerturb as MjvPerturb
 from mujoco._structs import MjvScene as MjvScene
 
 __version__: str
+mjNGROUP: int

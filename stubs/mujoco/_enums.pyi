@@ -72,4 +72,7 @@ class mjtObj(_Enum):
 class mjtRndFlag(_Enum):
     mjRND_HAZE: ClassVar[mjtRndFlag]
 
+class mjtState(_Enum):
+    mjSTATE_FULLPHYSICS: ClassVar[mjtState]
+
 class mjtWarning(_Enum): ...

@@ -104,6 +104,7 @@ class MjModel:
     def from_xml_string(
         xml: str, assets: Mapping[str, bytes] | None = None
     ) -> MjModel: ...
+    def __copy__(self) -> MjModel: ...
 
     nbody: int
     ngeom: int
@@ -114,11 +115,13 @@ class MjModel:
     actuator_gainprm: _Floats
     actuator_gear: _Floats
     body_mass: _Floats
+    body_rootid: _Integers
     dof_damping: _Floats
     geom_bodyid: _Integers
     geom_condim: _Integers
     geom_contype: _Integers
     geom_dataid: _Integers
+    geom_group: _Integers
     geom_pos: _Floats
     geom_priority: _Integers
     geom_quat: _Floats

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import shapely
 
+from beacon_mj.episode.protocol import Protocol
 from beacon_mj.errors import PlannerError, RunError
 from beacon_mj.interface import Observation, PushEvidence, Task
 from beacon_mj.rl.navigation import Navigation
@@ -118,6 +119,20 @@ def test_what_is_no_action_is_refused(action: object) -> None:
     observer.reset(task)
     with pytest.raises(PlannerError, match=r"action of shape \(2,\), finite shares"):
         observer.velocity_mps(action)
+
+
+def test_a_lidar_is_observed_where_there_is_one() -> None:
+    protocol = Protocol(lidar_beams=36, obstacles="none")
+    observation, task, episodes = seen(protocol=protocol)
+    found = episodes.observer.arrays(observation)
+    assert observation.scan is not None
+    assert found["scan"].shape == (36,)
+    assert np.isinf(observation.scan.ranges_m).any()
+    near = np.isfinite(observation.scan.ranges_m)
+    assert near.any()
+    assert found["scan"][near] == pytest.approx(observation.scan.ranges_m[near])
+    assert (found["scan"][~near] == np.float32(task.sensor.lidar_range_m)).all()
+    assert not found["obstacles"].any()
 
 
 @pytest.mark.parametrize("nearest", [0, 101])

@@ -22,6 +22,7 @@ from beacon_mj.interface import (
     Observation,
     PlannerInfo,
     PushEvidence,
+    Scan,
     SensedObstacle,
     Task,
 )
@@ -74,6 +75,7 @@ class Act(NamedTuple):
     again: list[tuple[int, float, bool, bool]]
     contacts: list[tuple[str, bytes, float]]
     evidence: list[tuple[Any, ...]]
+    scan: tuple[bytes, float] | None
 
 
 Request = Describe | Tell | Reset | NextDay | Act
@@ -205,6 +207,9 @@ class Changes:
             again,
             [(c.id, c.normal.tobytes(), c.force_n) for c in now.contacts],
             [tuple(e) for e in now.evidence],
+            None
+            if now.scan is None
+            else (now.scan.ranges_m.tobytes(), now.scan.range_max_m),
         )
 
 
@@ -244,6 +249,7 @@ class Picture:
                 for name, normal, force in act.contacts
             ),
             evidence=tuple(PushEvidence(*e) for e in act.evidence),
+            scan=None if act.scan is None else _scan(*act.scan),
         )
 
     def _place(self, i: int, obstacle: SensedObstacle) -> None:
@@ -291,6 +297,10 @@ def command_of(reply: Decided) -> Command:
             expansions=reply.expansions,
         ),
     )
+
+
+def _scan(ranges: bytes, range_max_m: float) -> Scan:
+    return Scan(ranges_m=np.frombuffer(ranges), range_max_m=range_max_m)
 
 
 def _points(data: bytes) -> Array:

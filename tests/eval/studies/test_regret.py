@@ -105,7 +105,9 @@ NOISE = sorted(set(Protocol.__struct_fields__) - RULES)
 NOISY = ["protocol.sensing_radius_m=0.5", "protocol.occlusion=true",
          "protocol.pose_noise_m=0.05", "protocol.missed_detection=0.2",
          "protocol.robot_pose_noise_m=0.02", "protocol.force_noise=0.1",
-         "protocol.max_steps=77"]  # fmt: skip
+         "protocol.lidar_beams=8", "protocol.lidar_range_m=2",
+         "protocol.lidar_noise_m=0.1", "protocol.lidar_dropout=0.1",
+         "protocol.obstacles=none", "protocol.max_steps=77"]  # fmt: skip
 
 
 def test_who_is_told_everything_is_told_it_exactly() -> None:
