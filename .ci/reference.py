@@ -17,7 +17,7 @@ import beacon_mj
 from beacon_mj.cli.app import app
 from beacon_mj.constants import WALL_CLOCK_COLUMNS
 from beacon_mj.eval.api.planners import describe_planner, field_comments, settable
-from beacon_mj.eval.metrics.row import COLUMNS, Row
+from beacon_mj.eval.metrics.row import Row
 from beacon_mj.eval.runs import isolation
 from beacon_mj.eval.runs.overrides import flat
 from beacon_mj.eval.runs.text_values import describe
@@ -100,7 +100,7 @@ def columns() -> str:
     """Return every column of the rows, in order."""
     notes, hints = field_comments(Row), get_type_hints(Row, include_extras=True)
     wall = ", ".join(f"`{name}`" for name in sorted(WALL_CLOCK_COLUMNS))
-    rows = ((f"`{n}`", f"{notes[n]} *{describe(hints[n])}*") for n in COLUMNS)
+    rows = ((f"`{n}`", f"{notes[n]} *{describe(hints[n])}*") for n in notes)
     return (
         "# Columns\n\nOf `episodes.parquet` and `episodes.jsonl`, in their order; "
         "[Metrics](../metrics.md) has the symbols, and what else to know. Only "

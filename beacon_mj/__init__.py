@@ -34,6 +34,8 @@ if TYPE_CHECKING:
     from beacon_mj.eval.api.published import verify_published as verify_published
     from beacon_mj.eval.api.reports import fill_tables as fill_tables
     from beacon_mj.eval.api.reports import write_report as write_report
+    from beacon_mj.eval.api.robots import check_robot as check_robot
+    from beacon_mj.eval.api.robots import list_robots as list_robots
     from beacon_mj.eval.api.scenes import generate_scenes as generate_scenes
     from beacon_mj.eval.api.studies import ablate as ablate
     from beacon_mj.eval.api.studies import certify as certify
@@ -100,6 +102,7 @@ _HOME = {
     "bundle": "beacon_mj.eval.api.verification",
     "certify": "beacon_mj.eval.api.studies",
     "check_planner": "beacon_mj.eval.api.conformance",
+    "check_robot": "beacon_mj.eval.api.robots",
     "check_scene": "beacon_mj.scene.checks",
     "compare": "beacon_mj.eval.api.comparison",
     "describe_planner": "beacon_mj.eval.api.planners",
@@ -113,6 +116,7 @@ _HOME = {
     "learning_savings": "beacon_mj.eval.api.learning",
     "list_families": "beacon_mj.eval.api.families",
     "list_planners": "beacon_mj.eval.api.planners",
+    "list_robots": "beacon_mj.eval.api.robots",
     "load_planner": "beacon_mj.planners.registry",
     "load_results": "beacon_mj.eval.statistics.results",
     "load_scene": "beacon_mj.scene.files",

@@ -17,6 +17,7 @@ from beacon_mj.numerics import unit_vectors
 
 Probabilities = tuple[float, float, float]
 Evidence = Literal["moved", "not_moved", "broken"]
+Drive = Literal["holonomic", "differential"]
 Action = Literal["move", "detour", "push", "approach", "back_off", "follow", "give_up"]
 
 
@@ -86,6 +87,9 @@ class Task:
             days of a mission are tasks in one room: obstacles keep their ids, and start
             and goal are new each day.
         mission_days: How many days the mission has; None outside missions.
+        drive: `holonomic`, a disc that moves any way at once and does not turn, or
+            `differential`, which drives along its heading and turns.
+        turn_rate_max_radps: Largest turn rate; 0 for a holonomic robot.
     """
 
     workspace_m: tuple[float, float, float, float]
@@ -105,6 +109,8 @@ class Task:
     mission_day: int | None = None
     mission_days: int | None = None
     sensor: SensorSheet = SensorSheet()
+    drive: Drive = "holonomic"
+    turn_rate_max_radps: float = 0.0
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -234,6 +240,9 @@ class Observation:
         contacts: Obstacles that touch the bumper now.
         evidence: Push attempts that ended in the last control step, and what broke
             out of sight before and is sensed again now.
+        heading_rad: Where the robot's nose points, counter-clockwise from the x axis,
+            in [-pi, pi); None for a robot that does not turn.
+        turn_rate_radps: How fast it turns, counter-clockwise; None likewise.
         scan: The lidar's sweep at this moment; None where the robot has no lidar.
     """
 
@@ -249,6 +258,8 @@ class Observation:
     map_version: int
     contacts: tuple[Contact, ...]
     evidence: tuple[PushEvidence, ...]
+    heading_rad: float | None = None
+    turn_rate_radps: float | None = None
     scan: Scan | None = None
 
 
@@ -286,14 +297,21 @@ class PlannerInfo:
 class Command:
     """A planar velocity for one control period, and why.
 
+    A robot that turns tracks the velocity: it turns its nose or its tail towards it,
+    and drives. With `turn_rate_radps` a planner drives itself, by (v, omega).
+
     Attributes:
         velocity_mps: Velocity of the robot's centre, shape (2,) [m/s]; one above the
-            speed limit is scaled down.
+            speed limit is scaled down. It is in the arena frame, or, with a turn rate,
+            in the robot's own: v forwards, negative for backwards, and 0.
         give_up: Set by a planner that has proved, or decided, that it cannot go on: the
             episode then ends with outcome `gave_up`.
         info: For the log and the metrics.
+        turn_rate_radps: Turn rate omega, counter-clockwise, of a robot that turns; one
+            above the task's limit is cut to it. None leaves turning to the robot.
     """
 
     velocity_mps: Array
     give_up: bool = False
     info: PlannerInfo = PlannerInfo()
+    turn_rate_radps: float | None = None

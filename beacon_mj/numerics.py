@@ -54,6 +54,12 @@ def rotated_3d(points: Array, rotation: Array) -> Array:
     return np.asarray(x * rotation[:, 0] + y * rotation[:, 1] + z * rotation[:, 2])
 
 
+def wrapped(angle: float) -> float:
+    """Return an angle in [-pi, pi) [rad]."""
+    turns = math.floor((angle + math.pi) / (2.0 * math.pi))
+    return angle - 2.0 * math.pi * turns
+
+
 def unit_vectors(angles: NDArray[np.floating[Any]]) -> Array:
     """Return unit vectors (k, 2) that point along `angles` (k,) [rad]."""
     pairs = [(math.cos(a), math.sin(a)) for a in angles.tolist()]

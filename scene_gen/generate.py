@@ -21,6 +21,7 @@ from beacon_mj.scene_gen.learning.layouts import LEARNING_LAYOUTS
 from beacon_mj.scene_gen.own_layouts import find_layout
 from beacon_mj.scene_gen.perception import perceive
 from beacon_mj.scene_gen.rooms import (
+    robot_model_of,
     robot_of,
     sensing_of,
     start_and_goal,
@@ -132,6 +133,7 @@ def _propose(
             door_ids=(),
             margin_m=0.0,
         ),
+        robot_model=robot_model_of(family),
         sensing=sensing_of(family),
     )
 

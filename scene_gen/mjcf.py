@@ -1,21 +1,22 @@
 """From a scene to a self-contained MJCF world.
 
-The shipped arena and robot are taken as XML, the scene's values are written into
+The shipped arena and a robot are taken as XML, the scene's values are written into
 them with 17 significant digits, and each obstacle becomes one body. The text is the
 world: MuJoCo compiles exactly this, and reloading it gives the same model bit for bit.
 """
 
-import functools
 import math
 import xml.etree.ElementTree as ET
-from collections.abc import Iterable
 
 import numpy as np
+from msgspec import UNSET, UnsetType
 
 from beacon_mj.constants import CLASSES
-from beacon_mj.mjcf_templates import ROOT
 from beacon_mj.numerics import norms
 from beacon_mj.scene import Obstacle, Robot, Scene, Surface, shapes
+from beacon_mj.scene_gen.robot_contract import differential_drive, fitted
+from beacon_mj.scene_gen.robots import RobotFile, robot_in
+from beacon_mj.scene_gen.room_mjcf import child, named, numbers, room_with
 
 TIMESTEP_S = 0.002  #: Physics step [s].
 TEMPLATE_M = (0.0, 0.0, 6.0, 6.0)  #: The room that the template is drawn with.
@@ -27,58 +28,44 @@ _FOOT_M = 0.001  #: Radius of the feet of a prism.
 _STAND_M = 0.0003  #: How far they stand out below it.
 
 
-def scene_mjcf(scene: Scene, timestep_s: float = TIMESTEP_S) -> str:
+def scene_mjcf(
+    scene: Scene,
+    timestep_s: float = TIMESTEP_S,
+    robot: RobotFile | UnsetType = UNSET,
+) -> str:
     """Return the MJCF world of a scene.
 
     Args:
         scene: The scene.
         timestep_s: Physics step [s]; a different one is for convergence checks.
+        robot: The robot in it, in place of the scene's own.
+
+    Raises:
+        TemplateError: If the robot does not keep the contract.
     """
-    root = ET.fromstring(_template("arena.xml"))
-    robot = ET.fromstring(_template("robot.xml"))
+    chosen = robot_in(scene, robot)
+    own = fitted(chosen, scene.robot)
+    root = room_with(ET.fromstring(chosen.mjcf))
     root.set("model", scene.name)
-    _child(root, "option").set("timestep", repr(timestep_s))
-    world = _child(root, "worldbody")
+    child(root, "option").set("timestep", repr(timestep_s))
+    world = child(root, "worldbody")
     _place_arena(world, scene)
     if scene.workspace_m != TEMPLATE_M:
         _aim_cameras(root, scene)
-    for section in ("default", "worldbody", "actuator"):
-        target = root.find(section)
-        if target is None:
-            target = ET.SubElement(root, section)
-        target.extend(list(_child(robot, section)))
-    _set_up_robot(root, scene)
-    defaults = _child(root, "default")
+    named(root, "body", "base").set("pos", numbers((*scene.start_m, 0.0)))
+    if chosen.is_disc:
+        _set_up_disc(root, own)
+    else:
+        _limit_motors(root, own, differential_drive(chosen).wheel_radius_m)
+    defaults = child(root, "default")
     for name, surface in zip(CLASSES, scene.surfaces, strict=True):
         defaults.append(_class_default(name, surface))
-    assets = _child(root, "asset")
+    assets = child(root, "asset")
     for obstacle in scene.obstacles:
         surface = scene.surfaces[CLASSES.index(obstacle.interaction)]
         world.append(_body(obstacle, surface, assets))
     ET.indent(root)
     return ET.tostring(root, encoding="unicode") + "\n"
-
-
-@functools.cache
-def _template(name: str) -> str:
-    return (ROOT / name).read_text(encoding="utf-8")
-
-
-def _child(parent: ET.Element, tag: str) -> ET.Element:
-    found = parent.find(tag)
-    assert found is not None, f"shipped template without <{tag}>"
-    return found
-
-
-def _named(root: ET.Element, tag: str, name: str) -> ET.Element:
-    found = root.find(f".//{tag}[@name='{name}']")
-    assert found is not None, f"shipped template without {tag} {name!r}"
-    return found
-
-
-def _numbers(values: Iterable[float]) -> str:
-    """Write numbers so that reading them gives the same bits."""
-    return " ".join(repr(float(v)) for v in values)
 
 
 def _place_arena(world: ET.Element, scene: Scene) -> None:
@@ -87,20 +74,20 @@ def _place_arena(world: ET.Element, scene: Scene) -> None:
     t, h = WALL_M
     x, y = 0.5 * (west + east), 0.5 * (south + north)
     a, b = 0.5 * (east - west), 0.5 * (north - south)
-    floor = _named(world, "geom", "floor")
-    floor.set("pos", _numbers((x, y, 0.0)))
-    floor.set("size", _numbers((a + 1.0, b + 1.0, 0.1)))
+    floor = named(world, "geom", "floor")
+    floor.set("pos", numbers((x, y, 0.0)))
+    floor.set("size", numbers((a + 1.0, b + 1.0, 0.1)))
     for name, px, py, sx, sy in (
         ("wall_west", west - t, y, t, b + 2 * t),
         ("wall_south", x, south - t, a, t),
         ("wall_east", east + t, y, t, b + 2 * t),
         ("wall_north", x, north + t, a, t),
     ):
-        wall = _named(world, "geom", name)
-        wall.set("pos", _numbers((px, py, h)))
-        wall.set("size", _numbers((sx, sy, h)))
-    _named(world, "site", "start").set("pos", _numbers((*scene.start_m, 0.001)))
-    _named(world, "site", "goal").set("pos", _numbers((*scene.goal_m, 0.001)))
+        wall = named(world, "geom", name)
+        wall.set("pos", numbers((px, py, h)))
+        wall.set("size", numbers((sx, sy, h)))
+    named(world, "site", "start").set("pos", numbers((*scene.start_m, 0.001)))
+    named(world, "site", "goal").set("pos", numbers((*scene.goal_m, 0.001)))
 
 
 def _aim_cameras(root: ET.Element, scene: Scene) -> None:
@@ -109,38 +96,44 @@ def _aim_cameras(root: ET.Element, scene: Scene) -> None:
     x, y = 0.5 * (west + east), 0.5 * (south + north)
     scale = max(east - west, north - south) / (TEMPLATE_M[2] - TEMPLATE_M[0])
     for name, back, height in (("overhead", 0.0, 9.2), ("overview", 6.6, 6.2)):
-        camera = _named(root, "camera", name)
-        camera.set("pos", _numbers((x, y - scale * back, scale * height)))
-    look = _child(root, "statistic")
-    look.set("center", _numbers((x, y, 0.2)))
+        camera = named(root, "camera", name)
+        camera.set("pos", numbers((x, y - scale * back, scale * height)))
+    look = child(root, "statistic")
+    look.set("center", numbers((x, y, 0.2)))
     look.set("extent", repr(6.0 * scale))
 
 
-def _set_up_robot(root: ET.Element, scene: Scene) -> None:
-    """Write the scene's robot into the template's bodies, springs and drives."""
-    robot: Robot = scene.robot
+def _limit_motors(root: ET.Element, robot: Robot, wheel_radius_m: float) -> None:
+    """Have both motors together push with the robot's force and no more."""
+    torque = 0.5 * robot.force_max_n * wheel_radius_m
+    for side in ("left", "right"):
+        motor = named(root, "velocity", f"drive_{side}")
+        motor.set("forcerange", numbers((-torque, torque)))
+
+
+def _set_up_disc(root: ET.Element, robot: Robot) -> None:
+    """Write the scene's robot into the disc's bodies, springs and drives."""
     ring = BUMPER_MASS_SHARE * robot.mass_kg
-    _named(root, "body", "base").set("pos", _numbers((*scene.start_m, 0.0)))
-    base, bumper = _named(root, "geom", "base"), _named(root, "geom", "bumper")
+    base, bumper = named(root, "geom", "base"), named(root, "geom", "bumper")
     half = 0.5 * robot.height_m
     base.set("mass", repr(robot.mass_kg - ring))
-    base.set("size", _numbers((0.7 * robot.radius_m, half)))
-    base.set("pos", _numbers((0.0, 0.0, half + 0.5 * _GROUND_GAP_M)))
+    base.set("size", numbers((0.7 * robot.radius_m, half)))
+    base.set("pos", numbers((0.0, 0.0, half + 0.5 * _GROUND_GAP_M)))
     bumper.set("mass", repr(ring))
-    bumper.set("size", _numbers((robot.radius_m, half - _GROUND_GAP_M)))
-    bumper.set("pos", _numbers((0.0, 0.0, half)))
+    bumper.set("size", numbers((robot.radius_m, half - _GROUND_GAP_M)))
+    bumper.set("pos", numbers((0.0, 0.0, half)))
     critical = 2.0 * math.sqrt(robot.bumper_stiffness_npm * ring)
     for axis in "xy":
-        joint = _named(root, "joint", f"bumper_{axis}")
+        joint = named(root, "joint", f"bumper_{axis}")
         joint.set("stiffness", repr(robot.bumper_stiffness_npm))
         joint.set("damping", repr(critical))
     gain = 200.0 * robot.mass_kg  # Time constant of the free servo: 5 ms.
     for name, share in (("drive_along", 1.0), ("drive_across", ACROSS_SHARE)):
-        drive = _named(root, "general", name)
+        drive = named(root, "general", name)
         limit = share * robot.force_max_n
         drive.set("gainprm", repr(gain))
-        drive.set("biasprm", _numbers((0.0, 0.0, -gain)))
-        drive.set("forcerange", _numbers((-limit, limit)))
+        drive.set("biasprm", numbers((0.0, 0.0, -gain)))
+        drive.set("forcerange", numbers((-limit, limit)))
 
 
 def _class_default(name: str, surface: Surface) -> ET.Element:
@@ -148,7 +141,7 @@ def _class_default(name: str, surface: Surface) -> ET.Element:
     ET.SubElement(
         default,
         "geom",
-        rgba=_numbers(surface.rgba),
+        rgba=numbers(surface.rgba),
         priority="1",  # The obstacle's friction counts, not the floor's.
         contype="3",
         conaffinity="3",
@@ -162,8 +155,8 @@ def _body(o: Obstacle, surface: Surface, assets: ET.Element) -> ET.Element:
     body = ET.Element(
         "body",
         name=o.id,
-        pos=_numbers((o.x_m, o.y_m, 0.5 * o.shape.height_m)),
-        quat=_numbers((math.cos(half_yaw), 0.0, 0.0, math.sin(half_yaw))),
+        pos=numbers((o.x_m, o.y_m, 0.5 * o.shape.height_m)),
+        quat=numbers((math.cos(half_yaw), 0.0, 0.0, math.sin(half_yaw))),
     )
     if not o.fixed:
         ET.SubElement(body, "freejoint", name=o.id)
@@ -174,7 +167,7 @@ def _body(o: Obstacle, surface: Surface, assets: ET.Element) -> ET.Element:
             "class": o.interaction,
             "density": repr(o.density_kgm3),
             "condim": "6" if rolls else "3",
-            "friction": _numbers(
+            "friction": numbers(
                 (o.friction, surface.torsional_friction_m, surface.rolling_friction_m)
             ),
         }
@@ -186,15 +179,15 @@ def _geoms(o: Obstacle, assets: ET.Element) -> list[tuple[str, dict[str, str]]]:
     """Return (name, MJCF attributes) of the geoms of an obstacle."""
     match o.shape:
         case shapes.Sphere(radius_m=r):
-            return [(o.id, {"type": "sphere", "size": _numbers((r,))})]
+            return [(o.id, {"type": "sphere", "size": numbers((r,))})]
         case shapes.Box(length_m=a, width_m=b, height_m=c):
-            size = _numbers((0.5 * a, 0.5 * b, 0.5 * c))
+            size = numbers((0.5 * a, 0.5 * b, 0.5 * c))
             return [(o.id, {"type": "box", "size": size})]
         case shapes.Cylinder(radius_m=r, height_m=h):
-            return [(o.id, {"type": "cylinder", "size": _numbers((r, 0.5 * h))})]
+            return [(o.id, {"type": "cylinder", "size": numbers((r, 0.5 * h))})]
         case shapes.Capsule(radius_m=r):
-            size = _numbers((r, o.shape.half_axis_m))
-            lying = _numbers((math.sqrt(0.5), 0.0, math.sqrt(0.5), 0.0))
+            size = numbers((r, o.shape.half_axis_m))
+            lying = numbers((math.sqrt(0.5), 0.0, math.sqrt(0.5), 0.0))
             return [(o.id, {"type": "capsule", "size": size, "quat": lying})]
         case shapes.Prism():
             return [_mesh(o.id, o.shape.core()[0], assets), *_feet(o.id, o.shape)]
@@ -222,7 +215,7 @@ def _feet(name: str, shape: shapes.Prism) -> list[tuple[str, dict[str, str]]]:
             {
                 "type": "sphere",
                 "size": repr(_FOOT_M),
-                "pos": _numbers((*point, height)),
+                "pos": numbers((*point, height)),
                 "density": "0",
                 "contype": "4",
                 "conaffinity": "4",
@@ -237,5 +230,5 @@ def _mesh(
     name: str, points: np.ndarray, assets: ET.Element
 ) -> tuple[str, dict[str, str]]:
     """Add a convex mesh asset; return the name and attributes of its geom."""
-    ET.SubElement(assets, "mesh", name=name, vertex=_numbers(points.ravel()))
+    ET.SubElement(assets, "mesh", name=name, vertex=numbers(points.ravel()))
     return name, {"type": "mesh", "mesh": name}

@@ -128,7 +128,7 @@ def _check_own_room(template: Template) -> None:
         if origin.path.name in ("arena.xml", "robot.xml") and not origin.shipped:
             raise _not_used(origin.path)
     robot = template.folder / "robot.xml"
-    if robot.is_file() and read_file(robot) != read_file(ROOT / robot.name):
+    if robot.is_file() and read_file(robot) not in _shipped_texts():
         raise _not_used(robot)
 
 
@@ -153,7 +153,7 @@ def _expanded(
         raise TemplateError(
             f"{path}: expected at most {MAX_INCLUDES} files to include one another."
         )
-    root, lines = _parse(text, path)
+    root, lines = parse_xml(text, path)
     if len(template.origins) + len(lines) > MAX_ELEMENTS:
         raise TemplateError(
             f"{template.path}: expected at most {MAX_ELEMENTS} elements, includes "
@@ -228,8 +228,19 @@ def _refer(template: Template, element: ET.Element, name: str, content: bytes) -
     element.set(name, key)
 
 
-def _parse(text: bytes, path: Path) -> tuple[ET.Element, dict[ET.Element, int]]:
-    """Return the root of a file, and the line of each element in document order."""
+def parse_xml(
+    text: bytes, path: Path | str
+) -> tuple[ET.Element, dict[ET.Element, int]]:
+    """Return the root of a file, and the line of each element in document order.
+
+    Args:
+        text: Its content.
+        path: Its name, for messages.
+
+    Raises:
+        TemplateError: If it is no XML, or has a document type, entities, or too many
+            elements in each other.
+    """
     builder, lines, depth = ET.TreeBuilder(), dict[ET.Element, int](), 0
     parser = expat.ParserCreate()
 

@@ -1,15 +1,17 @@
 """The room of a family: its size, the robot in it, how it senses, start and goal."""
 
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from msgspec import UNSET, UnsetType
 
+from beacon_mj.errors import TemplateError, unknown
 from beacon_mj.numerics import norm
 from beacon_mj.scene import Robot, Sensing
 from beacon_mj.scene_gen.family import Family
 from beacon_mj.scene_gen.perception import ForceErrors
 from beacon_mj.scene_gen.prototypes import DECIMALS
+from beacon_mj.scene_gen.robots import DISC, robot_paths
 
 Point = tuple[float, float]
 Bounds = tuple[float, float, float, float]  #: West, south, east, north [m].
@@ -42,6 +44,23 @@ def robot_of(family: Family) -> Robot:
     if "force_max" not in family.numerics:
         return Robot()
     return Robot(force_max_n=family.value("force_max"))
+
+
+def robot_model_of(family: Family) -> Literal["diff-drive"] | UnsetType:
+    """Return the shipped robot that a family chooses; unset for the disc.
+
+    Raises:
+        TemplateError: If there is none of that name.
+    """
+    match family.texts.get("robot", DISC):
+        case "disc":
+            return UNSET
+        case "diff-drive":
+            return "diff-drive"
+        case other:
+            raise TemplateError(
+                f"{family.source}: {unknown('robot', other, robot_paths())}"
+            )
 
 
 def sensing_of(

@@ -13,7 +13,7 @@ import pytest
 import beacon_mj
 from beacon_mj.cli.app import COMMANDS, LOG_COMMANDS
 from beacon_mj.errors import PlannerError
-from beacon_mj.eval.metrics.row import COLUMNS
+from beacon_mj.eval.metrics.row import Row
 from beacon_mj.eval.runs.overrides import convert, flat
 from beacon_mj.planners.registry import OURS, PAPER, REFERENCE, load_planner
 from beacon_mj.recording.schemas import BEACON, TOPICS
@@ -47,7 +47,9 @@ def test_the_reference_is_complete() -> None:
     assert all(f"| `{topic}` | `{name}` |" in topics for topic, name in TOPICS.items())
     assert all(f"## `beacon_mj.{name}`\n" in topics for name in BEACON)
     columns = (folder / "columns.md").read_text()
-    assert re.findall(r"^\| `(\w+)` \| .+ \|$", columns, re.M) == [*COLUMNS]
+    assert re.findall(r"^\| `(\w+)` \| .+ \|$", columns, re.M) == [
+        *Row.__struct_fields__
+    ]
     commands = (folder / "commands.md").read_text()
     assert all(f"\n## beacon-mj {name}\n" in commands for name in COMMANDS)
     assert all(f"\n### beacon-mj log {name}\n" in commands for name in LOG_COMMANDS)

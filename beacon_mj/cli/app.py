@@ -57,6 +57,7 @@ COMMANDS = {
         "beacon_mj.cli.planners:check_planner",
         "Check that a planner keeps the contract.",
     ),
+    "robots": ("beacon_mj.cli.robots:robots", "List the robots, or check your own."),
     "replay": (
         "beacon_mj.cli.replay:replay",
         "Look at an episode's log, or measure it.",

@@ -24,6 +24,14 @@ def evaluate(
     settings: options.SetOption = (),
     vary: options.VaryOption = (),
     protocol: options.ProtocolOption = None,
+    robot: Annotated[
+        str | None,
+        Parameter(
+            help="Robot in all scenes: a name (see `beacon-mj robots`) or FILE.xml; "
+            "by default the family's, or the disc."
+        ),
+    ] = None,
+    world: options.WorldOption = None,
     suite: options.Suite = (),
     family: options.Family = (),
     scenes_per_family: Annotated[
@@ -91,6 +99,8 @@ def evaluate(
     results = beacon_mj.evaluate(
         planner,
         protocol=protocol,
+        robot=robot,
+        world=world,
         families=family,
         suite=suite,
         scenes_per_family=scenes_per_family,

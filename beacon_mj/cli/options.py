@@ -101,6 +101,16 @@ ProtocolOption = Annotated[
         "that is occluded, misses, and errs. --set protocol.field=value goes on top.",
     ),
 ]
+# The same as beacon_mj.episode.protocol has, whose module takes a second to import.
+World = Literal["mujoco", "planar"]
+WorldOption = Annotated[
+    World | None,
+    Parameter(
+        name="--world",
+        help="World of all episodes: mujoco, the default, or planar, the paper's; "
+        "--set protocol.planar_push=limit-surface has obstacles turn in that.",
+    ),
+]
 VaryOption = Annotated[
     tuple[str, ...],
     Parameter(

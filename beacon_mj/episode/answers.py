@@ -13,7 +13,7 @@ import numpy as np
 
 from beacon_mj.errors import DETAIL_CHARS, one_line
 from beacon_mj.geometry import Array
-from beacon_mj.interface import Action, Command, PlannerInfo, Probabilities
+from beacon_mj.interface import Action, Command, Drive, PlannerInfo, Probabilities
 
 ACTIONS: tuple[str, ...] = get_args(Action)
 SPEED_MAX_MPS = 1e6  #: No velocity is larger; the robot's limit applies below it.
@@ -45,6 +45,7 @@ def checked_command(
     answer: object,
     sensed: Mapping[str, object],
     beliefs: Mapping[str, Probabilities] = MappingProxyType({}),
+    drive: Drive = "holonomic",
 ) -> Command:
     """Return a planner's answer as a command of plain values.
 
@@ -52,6 +53,7 @@ def checked_command(
         answer: What `act` returned.
         sensed: Ids of the obstacles that were sensed so far.
         beliefs: Beliefs that were checked before, which the answer may repeat.
+        drive: How the robot moves; see `Task`.
 
     Raises:
         PlannerFailure: If it is no command, or a value in it is not sound.
@@ -59,10 +61,12 @@ def checked_command(
     if not isinstance(answer, Command):
         kind = one_line(type(answer).__name__)
         raise PlannerFailure(f"Expected act() to return a Command but it was {kind}.")
+    velocity = _velocity(answer.velocity_mps)
     return Command(
-        velocity_mps=_velocity(answer.velocity_mps),
+        velocity_mps=velocity,
         give_up=_flag("give_up", answer.give_up),
         info=_info(answer.info, sensed, beliefs),
+        turn_rate_radps=_turn_rate(answer.turn_rate_radps, velocity, drive),
     )
 
 
@@ -76,6 +80,25 @@ def _velocity(value: object) -> Array:
         "Expected a finite velocity of shape (2,), real numbers of at most 1e6 m/s, "
         f"but it was {_shown(value)}."
     )
+
+
+def _turn_rate(value: object, velocity: Array, drive: Drive) -> float | None:
+    if value is None:
+        return None
+    if drive != "differential":
+        raise PlannerFailure(
+            "Expected no turn_rate_radps for a robot that does not turn (task.drive is "
+            f"'{drive}') but it was {_shown(value)}."
+        )
+    if float(velocity[1]) != 0.0:
+        raise PlannerFailure(
+            "Expected a velocity of (v, 0), in the robot's own frame, with "
+            f"turn_rate_radps but it was {_shown(velocity)}."
+        )
+    rate = _real("turn_rate_radps", value)
+    if abs(rate) > SPEED_MAX_MPS:
+        raise _bad("turn_rate_radps", "finite and at most 1e6 rad/s", value)
+    return rate
 
 
 def _info(

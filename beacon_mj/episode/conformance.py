@@ -113,9 +113,9 @@ def _commands(
     commands = []
     for _ in range(steps):
         command, _ = door.decide(observation)
-        velocity = command.velocity_mps
-        commands.append((*velocity.tolist(), float(command.give_up)))
+        velocity, turn = command.velocity_mps, command.turn_rate_radps
+        commands.append((*velocity.tolist(), float(command.give_up), turn or 0.0))
         if command.give_up:
             break
-        observation = sensor.observe(world.step(velocity), 1.0)
+        observation = sensor.observe(world.step(velocity, turn), 1.0)
     return commands

@@ -20,7 +20,7 @@ from beacon_mj.episode.interrupts import (
 from beacon_mj.episode.process_state import ProcessState
 from beacon_mj.episode.sealed import Sealer, sealed_task
 from beacon_mj.errors import describe
-from beacon_mj.interface import Command, Observation, Probabilities, Task
+from beacon_mj.interface import Command, Drive, Observation, Probabilities, Task
 from beacon_mj.planners.base import Planner
 from beacon_mj.planners.routes.graph import RouteGraph, RoutePlanner
 
@@ -52,6 +52,7 @@ class Door:
         self._state = ProcessState()
         self._sensed: dict[str, None] = {}
         self._beliefs: Mapping[str, Probabilities] = {}
+        self._drive: Drive = "holonomic"
 
     def tell(self, routes: RouteGraph | None) -> None:
         """Tell a planner on the route graph which graph is next; others hear nothing.
@@ -108,6 +109,7 @@ class Door:
         self._state.restore()
 
     def _begin(self, call: Callable[..., Any], task: Task, truth: object) -> None:
+        self._drive = task.drive
         given = task if self._remote else sealed_task(task)
         self._call(call, RESET_LIMITS * self._limit_s, given, truth)
 
@@ -125,7 +127,7 @@ class Door:
         began = time.perf_counter()
         answer = self._planner.act(observation)
         seconds = time.perf_counter() - began
-        command = checked_command(answer, self._sensed, self._beliefs)
+        command = checked_command(answer, self._sensed, self._beliefs, self._drive)
         self._beliefs = command.info.beliefs
         return command, seconds
 

@@ -10,12 +10,15 @@ from msgspec import UNSET
 from beacon_mj.episode.protocol import Protocol, battery_slope
 from beacon_mj.episode.sensor import Sensor
 from beacon_mj.episode.trace import Outcome, StepRecord, Trace
+from beacon_mj.episode.worlds import is_world_of, world_of
 from beacon_mj.errors import SceneError, one_line
 from beacon_mj.interface import Command, Observation, Task
 from beacon_mj.numerics import norm, norms
 from beacon_mj.scene import Scene
-from beacon_mj.world import BaseWorld, SimulationError, StepOutcome, World
+from beacon_mj.scene_gen.robots import robot_in
+from beacon_mj.world import BaseWorld, SimulationError, StepOutcome
 from beacon_mj.world.overnight import Left
+from beacon_mj.world.wheels import TURN_RATE_RADPS
 
 
 class Listener(Interface):
@@ -35,7 +38,8 @@ class Listener(Interface):
 
 def make_task(scene: Scene, protocol: Protocol, seed: int) -> Task:
     """Return what a planner is told about a scene before the first step."""
-    robot, sensor = scene.robot, protocol.sensor(scene)
+    robot, sensor = protocol.robot_of(scene), protocol.sensor(scene)
+    disc = robot_in(scene, protocol.robot).is_disc
     return Task(
         workspace_m=scene.workspace_m,
         start_m=np.array(scene.start_m),
@@ -54,6 +58,8 @@ def make_task(scene: Scene, protocol: Protocol, seed: int) -> Task:
         mission_day=None if scene.day is UNSET else scene.day,
         mission_days=None if scene.days is UNSET else scene.days,
         sensor=sensor,
+        drive="holonomic" if disc else "differential",
+        turn_rate_max_radps=0.0 if disc else TURN_RATE_RADPS,
     )
 
 
@@ -122,7 +128,7 @@ class Episode:
             self.end("gave_up", one_line(command.info.reason))
             return
         try:
-            outcome = self.world.step(command.velocity_mps)
+            outcome = self.world.step(command.velocity_mps, command.turn_rate_radps)
         except SimulationError as error:
             self.end("simulation_error", str(error))
             return
@@ -183,13 +189,24 @@ def _at_start(
     scene: Scene, protocol: Protocol, world: BaseWorld | None, left: Left | None
 ) -> BaseWorld:
     """Return a world of the scene at the start of the episode."""
+    robot = robot_in(scene, protocol.robot)
+    if world is not None and world.robot_file != robot:
+        raise SceneError(
+            f"Expected a world with robot {robot.name!r}, as the protocol says, but it "
+            f"has {world.robot_file.name!r}, or another version of it."
+        )
     if world is not None and world.scene != scene:
         raise SceneError(
             f"Expected a world of scene {scene.name} but it is of {world.scene.name}, "
             "or of another version of it."
         )
+    if world is not None and not is_world_of(world, protocol):
+        raise SceneError(
+            "Expected the world that the protocol asks for but it was a "
+            f"{type(world).__name__} of another kind."
+        )
     if world is None and left is None:
-        return World(scene, protocol.timestep_s)
-    world = world or World(scene, protocol.timestep_s)
+        return world_of(scene, protocol)
+    world = world or world_of(scene, protocol)
     world.reset(left)
     return world

@@ -6,10 +6,11 @@ from beacon_mj.episode.episode import Listener
 from beacon_mj.episode.protocol import Protocol
 from beacon_mj.episode.run import run_episode
 from beacon_mj.episode.trace import Trace
+from beacon_mj.episode.worlds import world_of
 from beacon_mj.errors import SceneError
 from beacon_mj.planners.base import Planner
 from beacon_mj.scene import Scene
-from beacon_mj.world import BaseWorld, World
+from beacon_mj.world import BaseWorld
 from beacon_mj.world.overnight import as_left
 
 
@@ -58,7 +59,7 @@ class Mission:
             The day's trace.
         """
         if world is None:
-            world = World(scene, self._protocol.timestep_s)
+            world = world_of(scene, self._protocol)
         left = None if self._yesterday is None else as_left(self._yesterday, scene)
         trace = run_episode(
             scene,

@@ -11,9 +11,13 @@ from msgspec import UNSET, Meta, UnsetType
 from beacon_mj.constants import GRAVITY
 from beacon_mj.errors import RunError, unknown
 from beacon_mj.interface import SensorSheet
-from beacon_mj.scene import Scene, Sensing
+from beacon_mj.pushing import PushModel
+from beacon_mj.scene import Robot, Scene, Sensing
 from beacon_mj.scene_gen.perception import force_errors
+from beacon_mj.scene_gen.robot_contract import fitted
+from beacon_mj.scene_gen.robots import RobotFile, robot_in
 
+WorldKind = Literal["mujoco", "planar"]
 #: Sensing radius beyond every workspace [m].
 EVERYTHING_M = 100.0
 LIDAR_RANGE_M = 3.5  #: Range of a lidar unless set: LDS-01 of a TurtleBot3 [m].
@@ -79,6 +83,11 @@ class Protocol(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
         lidar_dropout: Probability that a beam brings nothing back; 0 if unset.
         obstacles: Whether obstacles are `perceived`, as if unset, or `none`: a planner
             then knows what the lidar measures and the bumper feels, and nothing else.
+        robot: The robot, a name of `beacon-mj robots` or a file of your own; if unset,
+            the family's, or the disc. Its whole file is recorded.
+        world: The world: `mujoco`, as if unset, or `planar`, the paper's.
+        planar_push: How the planar world pushes: as the `paper` prints it, as if unset,
+            or by `limit-surface`, quasi-static pushing with rotation.
     """
 
     sensing_radius_m: (
@@ -127,6 +136,9 @@ class Protocol(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
         Annotated[Literal["perceived", "none"], Meta(extra={_CERTAIN: UNSET})]
         | UnsetType
     ) = UNSET
+    robot: RobotFile | UnsetType = UNSET
+    world: WorldKind | UnsetType = UNSET
+    planar_push: PushModel | UnsetType = UNSET
 
     @classmethod
     def preset(cls, name: str) -> "Protocol":
@@ -166,11 +178,29 @@ class Protocol(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
                     f"but it was {value!r}."
                 ) from problem
 
+    def robot_of(self, scene: Scene) -> Robot:
+        """Return the numbers of the robot that crosses a scene.
+
+        Raises:
+            TemplateError: If its file does not keep the contract.
+        """
+        return fitted(robot_in(scene, self.robot), scene.robot)
+
+    @property
+    def is_planar(self) -> bool:
+        """Whether episodes run in the planar world."""
+        return self.world == "planar"
+
+    @property
+    def push_model(self) -> PushModel:
+        """How the planar world pushes."""
+        return "paper" if isinstance(self.planar_push, UnsetType) else self.planar_push
+
     def motion_cost(self, scene: Scene) -> float:
-        """Return kappa_d for the scene's robot [J/m]."""
+        """Return kappa_d for the robot [J/m]."""
         if self.motion_cost_jpm is not None:
             return self.motion_cost_jpm
-        return 0.2 * scene.robot.mass_kg * GRAVITY
+        return 0.2 * self.robot_of(scene).mass_kg * GRAVITY
 
     def step_limit(self, scene: Scene) -> int:
         """Return the control steps after which the outcome is `timeout`."""

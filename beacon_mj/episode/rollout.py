@@ -9,12 +9,13 @@ import numpy as np
 from beacon_mj.episode.protocol import Protocol
 from beacon_mj.episode.sealed import sealed_footprint
 from beacon_mj.episode.trace import Trace
+from beacon_mj.episode.worlds import world_of
 from beacon_mj.geometry import Footprint
 from beacon_mj.planners.base import Planner
 from beacon_mj.planners.oracle.truth import Rollout, TrueObstacle, Truth
 from beacon_mj.scene import Obstacle, Scene
 from beacon_mj.scene_gen.perception import perceive
-from beacon_mj.world import BaseWorld, World
+from beacon_mj.world import BaseWorld
 from beacon_mj.world.overnight import Left
 
 
@@ -62,7 +63,7 @@ class _Copy:
 
     @cached_property
     def _world(self) -> BaseWorld:
-        return World(self._scene, self._protocol.timestep_s)
+        return world_of(self._scene, self._protocol)
 
     @property
     def footprints(self) -> list[Footprint]:

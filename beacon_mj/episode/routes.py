@@ -2,18 +2,12 @@
 
 from msgspec import UNSET
 
-from beacon_mj.errors import SceneError
 from beacon_mj.planners.routes.graph import RouteGraph, StageRef
-from beacon_mj.scene import Scene
-from beacon_mj.scene_gen.learning.certificate import door_problem
+from beacon_mj.scene import Scene, door_problem
 
 
 def route_graph(scene: Scene) -> RouteGraph | None:
-    """Return the route graph of a scene; None if it has no certificate of learning.
-
-    Raises:
-        SceneError: If the days of a mission do not have as many stages each.
-    """
+    """Return the route graph of a scene; None if it has no certificate of learning."""
     learning = scene.certificate.learning
     if learning is UNSET:
         return None
@@ -25,11 +19,7 @@ def route_graph(scene: Scene) -> RouteGraph | None:
 
 
 def stages_of_day(scene: Scene) -> tuple[StageRef, ...]:
-    """Return the stages between a scene's start and goal; all of them but in missions.
-
-    Raises:
-        SceneError: If the days of a mission do not have as many stages each.
-    """
+    """Return the stages between a scene's start and goal; of a mission, the day's."""
     learning = scene.certificate.learning
     if learning is UNSET:
         return ()
@@ -40,10 +30,5 @@ def stages_of_day(scene: Scene) -> tuple[StageRef, ...]:
     ]
     if scene.days is UNSET or scene.day is UNSET:
         return tuple(refs)
-    each, rest = divmod(len(refs), scene.days)
-    if rest or not each:
-        raise SceneError(
-            f"{scene.name}: expected as many stages on each of {scene.days} days but "
-            f"there are {len(refs)} in all."
-        )
+    each = len(refs) // scene.days  # What is left over, no scene has.
     return tuple(refs[each * scene.day : each * (scene.day + 1)])

@@ -155,6 +155,8 @@ class Sealer:
                 ]
             ),
             evidence=seen.evidence,
+            heading_rad=seen.heading_rad,
+            turn_rate_radps=seen.turn_rate_radps,
             scan=None if seen.scan is None else _scan(seen.scan),
         )
 

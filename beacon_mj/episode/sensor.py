@@ -76,6 +76,8 @@ class Sensor:
             map_version=self._version,
             contacts=_nameless(felt) if self._blind else felt,
             evidence=() if self._blind else ended,
+            heading_rad=world.heading_rad,
+            turn_rate_radps=world.turn_rate_radps,
             scan=None if self._scanner is None else self._scanner.scan(),
         )
 

@@ -8,7 +8,16 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from types import MappingProxyType
 
 from beacon_mj.errors import RunError, unknown
-from beacon_mj.fidelity import corner, energy, friction, impact, mass, pushing, repeat
+from beacon_mj.fidelity import (
+    corner,
+    energy,
+    friction,
+    impact,
+    mass,
+    pushing,
+    repeat,
+    wheels,
+)
 from beacon_mj.fidelity.law import Law
 from beacon_mj.fidelity.table import Fidelity
 
@@ -29,6 +38,15 @@ CHECKS: Mapping[str, tuple[Callable[[], list[Law]], ...]] = MappingProxyType(
         "corner": (corner.corners,),
         "mass": (mass.compiled, mass.robot),
         "energy": (energy.audit,),
+        "wheels": (
+            wheels.rolling,
+            wheels.turning,
+            wheels.standing,
+            wheels.force,
+            wheels.turned_bumper,
+            wheels.repeat,
+            wheels.energy,
+        ),
         "repeat": (repeat.bitwise,),
         "quiet": (repeat.quiet,),
         "jacobian": (repeat.jacobian,),

@@ -4,10 +4,12 @@ from dataclasses import dataclass
 
 import mujoco
 import numpy as np
+from msgspec import UNSET, UnsetType
 
 from beacon_mj.fidelity.law import Law
 from beacon_mj.scene import Scene
 from beacon_mj.scene_gen.generate import generate_scene
+from beacon_mj.scene_gen.robots import RobotFile
 from beacon_mj.world import World
 
 
@@ -18,7 +20,7 @@ class Ledger:
     Attributes:
         floor: Lost in sliding and rolling on the floor.
         contact: Lost in contacts between robot, obstacles, and walls.
-        bumper: Lost in the bumper's dampers.
+        bumper: Lost in the bumper's dampers, and those of wheels' slides.
     """
 
     floor: float = 0.0
@@ -33,33 +35,41 @@ class Ledger:
 
 def audit() -> list[Law]:
     """The drives' work in an episode is all losses plus what is stored at its end."""
-    rows = []
-    for family, index in (("cluttered", 0), ("collision-required", 1)):
-        scene = generate_scene(family, index)
-        run = Audit(scene)
-        before, work = run.stored(), 0.0
-        for _ in range(200):
-            ahead = np.array(scene.goal_m) - run.world.position_m
-            velocity = 0.4 * ahead / max(0.4, float(np.hypot(*ahead)))
-            work += run.world.step(velocity).actuator_work_j
-        found = run.ledger.lost + run.stored() - before
-        law = (
-            f"work of the drives in {scene.name}, pushing straight to the goal: "
-            f"floor {run.ledger.floor:.1f} J + bumper {run.ledger.bumper:.1f} J "
-            f"+ contacts {run.ledger.contact:.1f} J + kinetic"
-        )
-        rows.append(Law(check="energy", law=law, expected=found, measured=work,
-                        tolerance=1e-3 * abs(found), unit="J"))  # fmt: skip
-    return rows
+    worlds = (("cluttered", 0), ("collision-required", 1))
+    return [audit_row(family, index) for family, index in worlds]
+
+
+def audit_row(
+    family: str,
+    index: int,
+    check: str = "energy",
+    robot: RobotFile | UnsetType = UNSET,
+) -> Law:
+    """Return the row of one scene, in which the robot pushes straight to the goal."""
+    scene = generate_scene(family, index)
+    run = Audit(scene, robot)
+    before, work = run.stored(), 0.0
+    for _ in range(200):
+        ahead = np.array(scene.goal_m) - run.world.position_m
+        velocity = 0.4 * ahead / max(0.4, float(np.hypot(*ahead)))
+        work += run.world.step(velocity).actuator_work_j
+    found = run.ledger.lost + run.stored() - before
+    law = (
+        f"work of the drives in {scene.name}, pushing straight to the goal: "
+        f"floor {run.ledger.floor:.1f} J + bumper {run.ledger.bumper:.1f} J "
+        f"+ contacts {run.ledger.contact:.1f} J + kinetic"
+    )
+    return Law(check=check, law=law, expected=found, measured=work,
+               tolerance=1e-3 * abs(found), unit="J")  # fmt: skip
 
 
 class Audit:
     """Adds up, at every physics step, where a world's energy goes."""
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: Scene, robot: RobotFile | UnsetType = UNSET) -> None:
         """Prepare a world of `scene` that is audited while it runs."""
         self.ledger = Ledger()
-        self.world = World(scene, watch=self._watch)
+        self.world = World(scene, watch=self._watch, robot=robot)
         self._velocity = np.array(self.world.data.qvel)
         self._floor = self.world.model.geom("floor").id
         self._timestep_s = float(self.world.model.opt.timestep)

@@ -81,6 +81,12 @@ class DoorPart:
             )
         if any(not 0.0 <= p <= 1.0 for row in self.opens for p in row):
             raise SceneError("Expected probabilities of opening in [0, 1].")
+        doors = 1 + max((d for s in self.stages for d in s.doors), default=-1)
+        if any(len(row) < doors for row in self.opens):
+            raise SceneError(
+                f"Expected probabilities of opening of {doors} doors in every world "
+                f"but there were {[len(row) for row in self.opens]}."
+            )
         for a, b in combinations({frozenset(s.doors) for s in self.stages}, 2):
             if a & b:
                 raise SceneError(

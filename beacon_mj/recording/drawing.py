@@ -112,18 +112,30 @@ def _arena(update: Any, world: BaseWorld, time_ns: int) -> None:
 
 
 def _robot(update: Any, world: BaseWorld, time_ns: int) -> None:
-    """Add base and bumper, in the robot's frame."""
+    """Add all geoms of the robot, in its frame; its bodies are not turned in it."""
     entity = new_entity(update, ROBOT_FRAME, ROBOT_FRAME, time_ns)
-    for name in ("base", "bumper"):
-        _primitive(entity, world.model, world.model.geom(name).id, None)
+    model = world.model
+    base = model.body("base").id
+    for geom in np.flatnonzero(model.body_rootid[model.geom_bodyid] == base).tolist():
+        body, offset = int(model.geom_bodyid[geom]), np.zeros(3)
+        while body != base:
+            offset = offset + model.body_pos[body]
+            body = int(model.body_parentid[body])
+        _primitive(entity, model, geom, None, offset)
 
 
 def _primitive(
-    entity: Any, model: mujoco.MjModel, geom: int, colour: Values | None
+    entity: Any,
+    model: mujoco.MjModel,
+    geom: int,
+    colour: Values | None,
+    offset: Array | None = None,
 ) -> None:
-    """Add one MuJoCo geom to an entity, in the frame of its body."""
+    """Add one MuJoCo geom to an entity, in the frame of its body plus an offset."""
     rgba = model.geom_rgba[geom] if colour is None else colour
     position, quaternion = model.geom_pos[geom], model.geom_quat[geom]
+    if offset is not None:  # Adding nothing would turn -0 into 0.
+        position = position + offset
     size = model.geom_size[geom]
     match model.geom_type[geom]:
         case _GEOM.mjGEOM_BOX:
@@ -132,6 +144,9 @@ def _primitive(
         case _GEOM.mjGEOM_SPHERE:
             shape = entity.spheres.add()
             set_size(shape.size, np.full(3, 2.0 * size[0]))
+        case _GEOM.mjGEOM_ELLIPSOID:
+            shape = entity.spheres.add()
+            set_size(shape.size, 2.0 * size)
         case _GEOM.mjGEOM_CYLINDER | _GEOM.mjGEOM_CAPSULE as kind:
             shape = entity.cylinders.add(bottom_scale=1.0, top_scale=1.0)
             set_size(shape.size, 2.0 * size[[0, 0, 1]])

@@ -1,5 +1,6 @@
 """From the records of one control step to messages."""
 
+import math
 from typing import Any
 
 import numpy as np
@@ -86,6 +87,11 @@ def command_message(command: Command, head_m: Array, tail: int) -> Any:
     return out
 
 
+def turn_message(turn_rate_radps: float) -> Any:
+    """Return the turn rate of a planner that drives itself [rad/s]."""
+    return message("beacon_mj.Turn")(turn_rate_radps=turn_rate_radps)
+
+
 def decision_message(info: PlannerInfo) -> Any:
     """Return why a command was chosen; path and beliefs are in other messages."""
     out = message("beacon_mj.Decision")(
@@ -124,12 +130,14 @@ def plan_message(path_m: Array, time_ns: int) -> Any:
     return out
 
 
-def robot_message(position_m: Array, time_ns: int) -> Any:
-    """Return the robot's pose; it does not turn."""
+def robot_message(position_m: Array, time_ns: int, heading_rad: float = 0.0) -> Any:
+    """Return the robot's pose."""
     out = message("foxglove.PoseInFrame")(frame_id=ARENA)
     stamp(out.timestamp, time_ns)
     set_planar(out.pose.position, position_m)
-    out.pose.orientation.w = 1.0
+    out.pose.orientation.w = math.cos(0.5 * heading_rad)
+    if heading_rad:
+        out.pose.orientation.z = math.sin(0.5 * heading_rad)
     return out
 
 

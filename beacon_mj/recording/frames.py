@@ -6,6 +6,7 @@ every obstacle, and `/tf/moved` every obstacle that has ever moved. The newest t
 of a frame is where it is.
 """
 
+import math
 from collections.abc import Iterator, Sequence
 from typing import Any
 
@@ -60,11 +61,12 @@ class Frames:
         return out
 
 
-def robot_transform(position_m: Array, time_ns: int) -> Any:
-    """Return the message of `/tf`: the robot, which does not turn."""
+def robot_transform(position_m: Array, time_ns: int, heading_rad: float = 0.0) -> Any:
+    """Return the message of `/tf`: the robot."""
     out = message("foxglove.FrameTransforms")()
     x, y = position_m
-    _add(out, ROBOT_FRAME, time_ns, (x, y, 0.0, 1.0, 0.0, 0.0, 0.0))
+    w, z = math.cos(0.5 * heading_rad), math.sin(0.5 * heading_rad)
+    _add(out, ROBOT_FRAME, time_ns, (x, y, 0.0, w, 0.0, 0.0, z))
     return out
 
 

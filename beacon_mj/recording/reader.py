@@ -13,7 +13,7 @@ from mcap.records import Attachment, Channel, McapRecord, Message, Metadata, Sch
 
 from beacon_mj.constants import LOG_SCHEMA
 from beacon_mj.episode.protocol import Protocol
-from beacon_mj.errors import LogError, SceneError
+from beacon_mj.errors import LogError, SceneError, TemplateError
 from beacon_mj.geometry import Array
 from beacon_mj.recording.container import Container
 from beacon_mj.recording.drawing import NS
@@ -22,6 +22,8 @@ from beacon_mj.recording.schemas import SCENE_NAME, TOPICS, WORLD_NAME
 from beacon_mj.recording.states import StateSequence, state_sizes
 from beacon_mj.scene import Scene
 from beacon_mj.scene.files import parse_scene
+from beacon_mj.scene_gen.mjcf import scene_mjcf
+from beacon_mj.scene_gen.robots import robot_in
 from beacon_mj.world.overnight import Left
 
 
@@ -33,7 +35,7 @@ class Log:
         path: Where it was read.
         finished: Whether the episode ended and the file is whole.
         scene: The attached scene.
-        mjcf: The attached MJCF world; never compile it, regenerate it from `scene`.
+        mjcf: The attached MJCF world; never compile it, see `regenerated`.
         config: Planner, its configuration, protocol and seeds, as text.
         versions: Versions of the engine and of what else the numbers depend on.
         machine: What machine recorded it; empty where the log does not say.
@@ -74,6 +76,10 @@ class Log:
     def qvel(self) -> Array:
         """All generalised velocities, put together anew, (steps + 1, nv)."""
         return self.rates.array()
+
+    def regenerated(self) -> str:
+        """Return the MJCF world that the scene gives: the one that may be compiled."""
+        return scene_mjcf(self.scene, self.protocol.timestep_s, self.protocol.robot)
 
     @property
     def planner(self) -> str:
@@ -131,7 +137,8 @@ def read_log(path: str | Path) -> Log:
     finished = container.whole and "result" in raw.metadata
     messages = _whole_steps(_decoded(raw, path), finished)
     _check_steps(messages, protocol.step_limit(scene), path)
-    positions, rates = _states(messages, scene, path)
+    _check_scans(messages, protocol.sensor(scene).lidar_beams, path)
+    positions, rates = _states(messages, _sizes(scene, protocol, path), path)
     return Log(
         path=path,
         finished=finished,
@@ -277,8 +284,28 @@ def _check_steps(
         raise LogError(f"{path}: expected each step to be later than the last.")
 
 
+def _check_scans(
+    messages: dict[str, list[tuple[int, Any]]], beams: int, path: Path
+) -> None:
+    """Check that a lidar scanned at the start and once a step, with all its beams."""
+    scans = [scan for _, scan in messages["/scan"]]
+    expected = len(messages["/step"]) if beams else 0
+    if len(scans) != expected or any(len(scan.ranges) != beams for scan in scans):
+        raise LogError(
+            f"{path}: expected {expected} scans of {beams} beams but there are "
+            f"{len(scans)}, or some are of another size."
+        )
+
+
+def _sizes(scene: Scene, protocol: Protocol, path: Path) -> tuple[int, int]:
+    try:
+        return state_sizes(scene, robot_in(scene, protocol.robot))
+    except TemplateError as error:
+        raise LogError(f"{path}: {error}") from error
+
+
 def _states(
-    messages: dict[str, list[tuple[int, Any]]], scene: Scene, path: Path
+    messages: dict[str, list[tuple[int, Any]]], sizes: tuple[int, int], path: Path
 ) -> tuple[StateSequence, StateSequence]:
     """Return every state's positions and velocities."""
     found = messages["/state"]
@@ -292,7 +319,7 @@ def _states(
             f"{path}: expected a full state at the start and one state per step but "
             f"there are {len(found)} states and {len(messages['/step'])} steps."
         )
-    nq, nv = state_sizes(scene)
+    nq, nv = sizes
     positions = StateSequence(found[0][1].qpos, nq, path)
     rates = StateSequence(found[0][1].qvel, nv, path)
     for _, state in found[1:]:

@@ -62,6 +62,7 @@ class _Rebuild:
         self._points = np.zeros((0, 2))
         self._copied = 0
         self._beliefs: dict[str, Probabilities] = {}
+        self._turns = _by_time(log, "/turn")
         self._contacts = _by_time(log, "/contacts")
         self._pushes = _by_time(log, "/push")
         self._damages = _by_time(log, "/damage")
@@ -110,12 +111,17 @@ class _Rebuild:
             command=Command(
                 velocity_mps=_planar(command[1].velocity_mps),
                 info=self._info(*command),
+                turn_rate_radps=self._turn(command[0]),
             ),
             outcome=self._outcome(*step),
             battery=step[1].battery,
             newly_sensed=tuple(step[1].newly_sensed),
             decision_s=0.0,
         )
+
+    def _turn(self, time_ns: int) -> float | None:
+        found = self._turns.get(time_ns)
+        return found[0].turn_rate_radps if found else None
 
     def _info(self, time_ns: int, command: Any) -> PlannerInfo:
         if (found := self._decisions.until(time_ns)) is not None:

@@ -137,12 +137,14 @@ class Recorder:
             attachment = Attachment(0, 0, name + PACKED, "application/gzip", packed)
             self._writer.put(attachment)
         sheet = trace.protocol.sensor(trace.scene)
-        self._register(lidar=sheet.lidar_beams > 0)
+        turns = world.heading_rad is not None
+        self._register(lidar=sheet.lidar_beams > 0, turns=turns)
         self._misled = sheet.robot_pose_noise_m > 0.0 or sheet.force_noise > 0.0
 
-    def _register(self, *, lidar: bool) -> None:
-        """Register every topic, and every schema once; `/scan` for a lidar only."""
-        topics = {t: s for t, s in TOPICS.items() if lidar or t != SCAN_TOPIC}
+    def _register(self, *, lidar: bool, turns: bool) -> None:
+        """Register every topic, and every schema once; some for some robots only."""
+        left_out = {SCAN_TOPIC: not lidar, "/turn": not turns}
+        topics = {t: s for t, s in TOPICS.items() if not left_out.get(t)}
         schemas = {name: k for k, name in enumerate(dict.fromkeys(topics.values()), 1)}
         for name, number in schemas.items():
             schema = Schema(number, schema_data(name), "protobuf", name)
@@ -176,6 +178,8 @@ class Recorder:
         try:
             head, tail = self._log_path(info)
             self._put("/command", encoding.command_message(command, head, tail))
+            if command.turn_rate_radps is not None:
+                self._put("/turn", encoding.turn_message(command.turn_rate_radps))
             decision = encoding.decision_message(info)
             if decision != self._decision:
                 self._decision = decision
@@ -214,12 +218,13 @@ class Recorder:
     def _log_poses(self, world: BaseWorld, before_ns: int) -> None:
         """Write where the robot is, and where what moves is."""
         position, now_ns = world.position_m, self._time_ns
-        self._put("/tf", robot_transform(position, now_ns))
+        heading = world.heading_rad or 0.0
+        self._put("/tf", robot_transform(position, now_ns, heading))
         moved = self._frames.moved(world.poses, before_ns, now_ns)
         if moved is not None:
             self._put("/tf/moved", moved)
         if now_ns % NS == 0:
-            self._put("/robot", encoding.robot_message(position, now_ns))
+            self._put("/robot", encoding.robot_message(position, now_ns, heading))
 
     def _log_state(self, world: BaseWorld, step: int) -> None:
         data = world.data

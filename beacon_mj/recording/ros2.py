@@ -18,6 +18,7 @@ from beacon_mj.recording import ros2_messages as ros
 from beacon_mj.recording.frames import obstacle_poses
 from beacon_mj.recording.reader import Log, read_log
 from beacon_mj.recording.scans import SCAN_TOPIC
+from beacon_mj.scene_gen.robots import robot_in
 
 #: What each topic of the bag carries.
 BAG_TOPICS = {
@@ -79,9 +80,13 @@ def bag_topics(log: Log) -> dict[str, str]:
 
 def _messages(log: Log) -> Iterator[tuple[int, str, Any]]:
     """Yield (time [ns], topic, message), each topic in order."""
-    for time_ns, step in log.messages["/step"]:
+    turns = not robot_in(log.scene, log.protocol.robot).is_disc
+    for k, (time_ns, step) in enumerate(log.messages["/step"]):
+        rotation = log.messages["/tf"][k][1].transforms[0].rotation
+        # The base's third joint, after two slides.
+        rate = float(log.rates[k][2]) if turns else 0.0
         yield time_ns, "/clock", ros.clock(time_ns)
-        yield time_ns, "/odom", ros.odometry(step, time_ns)
+        yield time_ns, "/odom", ros.odometry(step, rotation, rate, time_ns)
     rest = deque(obstacle_poses(log.messages))
     for time_ns, found in log.messages["/tf"]:
         while rest and rest[0][0] <= time_ns:

@@ -1,11 +1,13 @@
 """Messages of ROS 2, made from those of a log; needs the package `rosbags`."""
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 from rosbags.typesys import Stores, get_typestore
 
+from beacon_mj.numerics import rotated
 from beacon_mj.recording.drawing import ARENA, NS, ROBOT_FRAME
 
 STORE: Any = get_typestore(Stores.ROS2_JAZZY)
@@ -49,13 +51,21 @@ def transforms(poses: Mapping[str, Any], time_ns: int) -> Any:
     )
 
 
-def odometry(step: Any, time_ns: int) -> Any:
-    """Return position and velocity of the robot; its frame does not turn."""
+def odometry(step: Any, rotation: Any, turn_rate: float, time_ns: int) -> Any:
+    """Return pose and velocity of the robot, the velocity in its own frame.
+
+    Args:
+        step: The step's message.
+        rotation: Orientation of its frame, as in `/tf`.
+        turn_rate: How fast that turns [rad/s].
+        time_ns: When [ns].
+    """
     position = make("geometry_msgs/Point", step.position_m.x, step.position_m.y, 0.0)
-    upright = make("geometry_msgs/Quaternion", 0.0, 0.0, 0.0, 1.0)
-    at_rest = make("geometry_msgs/Vector3", 0.0, 0.0, 0.0)
-    velocity = step.velocity_mps
-    linear = make("geometry_msgs/Vector3", velocity.x, velocity.y, 0.0)
+    turning = make("geometry_msgs/Vector3", 0.0, 0.0, turn_rate)
+    velocity = np.array([step.velocity_mps.x, step.velocity_mps.y])
+    if rotation.z:
+        velocity = rotated(velocity, -2.0 * math.atan2(rotation.z, rotation.w))
+    linear = make("geometry_msgs/Vector3", *velocity.tolist(), 0.0)
     exact = np.zeros(36)
     return make(
         "nav_msgs/Odometry",
@@ -63,12 +73,12 @@ def odometry(step: Any, time_ns: int) -> Any:
         ROBOT_FRAME,
         make(
             "geometry_msgs/PoseWithCovariance",
-            make("geometry_msgs/Pose", position, upright),
+            make("geometry_msgs/Pose", position, _quaternion(rotation)),
             exact,
         ),
         make(
             "geometry_msgs/TwistWithCovariance",
-            make("geometry_msgs/Twist", linear, at_rest),
+            make("geometry_msgs/Twist", linear, turning),
             exact,
         ),
     )

@@ -66,6 +66,7 @@ BEACON: Final[dict[str, str]] = {
     "qvel_index:*uint32 qvel:*double",
     "Command": "velocity_mps:foxglove.Vector2 has_path:bool "
     "path_head:*foxglove.Vector2 path_tail:uint32",
+    "Turn": "turn_rate_radps:double",
     "Term": "name:string value:double",
     "Decision": "action:string reason:string target:?string cost_push:?double "
     "cost_detour:?double terms:*Term replanned:bool expansions:uint64",
@@ -112,8 +113,11 @@ TOPICS: Final[dict[str, str]] = {
     "/damage": "beacon_mj.Damage",
     "/state": "beacon_mj.State",
     "/step": "beacon_mj.Step",
+    "/turn": "beacon_mj.Turn",
     "/scan": "foxglove.LaserScan",
 }
+#: Those of robots that turn, or have a lidar; other logs have no such channels.
+OPTIONAL_TOPICS: Final = frozenset({"/scan", "/turn"})
 
 SCENE_NAME: Final = "scene.json"  #: Name of the attached scene.
 WORLD_NAME: Final = "world.xml"  #: Name of the attached MJCF world.

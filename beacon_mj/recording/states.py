@@ -14,14 +14,17 @@ from numpy.typing import NDArray
 from beacon_mj.errors import LogError
 from beacon_mj.geometry import Array
 from beacon_mj.scene import Scene
+from beacon_mj.scene_gen.robot_contract import robot_sizes
+from beacon_mj.scene_gen.robots import RobotFile
 
 KEYFRAME = 200  #: Steps after which a whole state is kept, so that seeking is quick.
 
 
-def state_sizes(scene: Scene) -> tuple[int, int]:
-    """Return (nq, nv) of a scene's world: two slides twice, and a free joint each."""
+def state_sizes(scene: Scene, robot: RobotFile) -> tuple[int, int]:
+    """Return (nq, nv) of a scene's world: the robot's, and a free joint each."""
     free = len([o for o in scene.obstacles if not o.fixed])
-    return 4 + 7 * free, 4 + 6 * free
+    nq, nv = robot_sizes(robot)
+    return nq + 7 * free, nv + 6 * free
 
 
 class StateSequence:

@@ -30,7 +30,6 @@ from beacon_mj.recording.rebuild import rebuild_trace
 from beacon_mj.recording.recorder import Recorder
 from beacon_mj.recording.tolerance import TOLERANCE_M, state_problem
 from beacon_mj.scene.recertify import first_lie, proved_certificate
-from beacon_mj.scene_gen.mjcf import scene_mjcf
 from beacon_mj.world import BaseWorld
 
 RowOf = Callable[[Trace], Mapping[str, Any]]
@@ -141,7 +140,7 @@ def _unfit(log: Log) -> str | None:
         lie = str(error)
     if lie is not None:
         return f"{log.path}: its scene: {lie}."
-    regenerated = scene_mjcf(log.scene, log.protocol.timestep_s)
+    regenerated = log.regenerated()
     if log.mjcf != regenerated:
         pairs = zip_longest(log.mjcf.splitlines(), regenerated.splitlines())
         line = next(k for k, (a, b) in enumerate(pairs, start=1) if a != b)

@@ -101,9 +101,9 @@ class Marks:
 
 
 def draw_scan(scene: mujoco.MjvScene, points_m: Array, height_m: float) -> None:
-    """Add a ball where each beam hit something, points (k, 2) at one height [m]."""
+    """Add a ball above each place that a beam hit, (k, 2), where nothing hides it."""
     for x, y in points_m.tolist():
-        place, size = np.array([x, y, height_m]), np.full(3, 0.02)
+        place, size = np.array([x, y, height_m]), np.full(3, 0.025)
         _add(scene, mujoco.mjtGeom.mjGEOM_SPHERE, size, place, np.array(SCAN_RGBA))
 
 

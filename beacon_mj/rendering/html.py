@@ -35,7 +35,6 @@ from beacon_mj.rendering.captions import describe
 from beacon_mj.rendering.colors import Paint
 from beacon_mj.rendering.legend import entries, html_legend
 from beacon_mj.scene import Obstacle
-from beacon_mj.scene_gen.mjcf import scene_mjcf
 
 HOLD_S = 1.5  #: How long the end stays before the replay starts again [s].
 PIECE_M = 0.05  #: Length of a piece of the way travelled [m].
@@ -93,7 +92,7 @@ class _Page:
         self._scene, self._camera = server.scene, server.initial_camera
         self._serializer = server.get_scene_serializer
         self._log, self._trace = log, rebuild_trace(log)
-        self._model = mujoco.MjModel.from_xml_string(scene_mjcf(log.scene))
+        self._model = mujoco.MjModel.from_xml_string(log.regenerated())
         self._data = mujoco.MjData(self._model)
         self._paint = Paint(self._trace)
         self._path = np.zeros((0, 2))

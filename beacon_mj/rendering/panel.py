@@ -32,7 +32,6 @@ from beacon_mj.rendering.annotations import (
 from beacon_mj.rendering.captions import summary
 from beacon_mj.rendering.legend import GOAL_RGB, START_RGB, hexadecimal
 from beacon_mj.scene import Obstacle, shapes
-from beacon_mj.scene_gen.mjcf import scene_mjcf
 from beacon_mj.world.outcome import ROBOT
 
 SIDE_PIXELS = 600.0  #: Longer side of the arena.
@@ -70,7 +69,7 @@ class _Panel:
 
     def __init__(self, log: Log, trace: Trace) -> None:
         self._log, self._trace = log, trace
-        self._model = mujoco.MjModel.from_xml_string(scene_mjcf(log.scene))
+        self._model = mujoco.MjModel.from_xml_string(log.regenerated())
         west, south, east, north = log.scene.workspace_m
         self._unit = max(east - west, north - south) / 6.0
         self._broken = {d.obstacle for s in trace.steps for d in s.outcome.damages}

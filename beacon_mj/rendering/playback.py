@@ -2,7 +2,7 @@
 
 Obstacles take the colour of the planner's class belief, a dot on top the colour of
 their true class; those not sensed yet are pale. The planned path lies on the floor,
-contact forces are arrows, broken obstacles turn dark, what the lidar hit is dotted.
+contact forces are arrows, broken obstacles turn dark. Above what a lidar hit is a dot.
 """
 
 from typing import Self
@@ -17,8 +17,6 @@ from beacon_mj.recording.scans import scan_points
 from beacon_mj.rendering.annotations import Marks, draw_scan
 from beacon_mj.rendering.colors import Paint
 from beacon_mj.rendering.gl import Canvas, Image, camera_over
-from beacon_mj.scene_gen.mjcf import scene_mjcf
-from beacon_mj.world.lidar import scan_height_m
 
 
 class Playback:
@@ -29,7 +27,7 @@ class Playback:
         self.log = log
         self.trace = rebuild_trace(log)
         scene = log.scene
-        self._model = mujoco.MjModel.from_xml_string(scene_mjcf(scene))
+        self._model = mujoco.MjModel.from_xml_string(log.regenerated())
         self._data = mujoco.MjData(self._model)
         self._canvas = Canvas(self._model, width, height)
         self._camera = camera_over(scene.workspace_m, width / height)
@@ -38,7 +36,8 @@ class Playback:
         }
         self._paints = Paint(self.trace)
         self._marks = Marks(self.trace, self._model)
-        self._scan_m = scan_height_m(scene.robot.height_m)
+        tops = [o.shape.height_m for o in scene.obstacles]
+        self._scan_m = max([*tops, scene.robot.height_m]) + 0.05
 
     @property
     def steps(self) -> int:

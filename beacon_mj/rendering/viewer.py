@@ -14,7 +14,6 @@ from beacon_mj.rendering.captions import describe
 from beacon_mj.rendering.colors import Paint
 from beacon_mj.rendering.gl import camera_over, check_display
 from beacon_mj.rendering.scrubber import HELP, Scrubber
-from beacon_mj.scene_gen.mjcf import scene_mjcf
 
 FRAME_S = 1.0 / 30.0
 
@@ -36,7 +35,7 @@ class _Show:
 
     def __init__(self, log: Log) -> None:
         self._log, self._trace = log, rebuild_trace(log)
-        self._model = mujoco.MjModel.from_xml_string(scene_mjcf(log.scene))
+        self._model = mujoco.MjModel.from_xml_string(log.regenerated())
         self._data = mujoco.MjData(self._model)
         self._marks, self._paint = Marks(self._trace, self._model), Paint(self._trace)
         self._scrubber = Scrubber(log.steps, log.scene.robot.control_period_s)

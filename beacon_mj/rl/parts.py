@@ -23,6 +23,7 @@ Values = NDArray[np.float32]
 
 REACH_M = 200.0  #: No two points of a room are further apart along an axis.
 SPEED_MPS = 10.0  #: Twice the speed of the fastest robot that a scene can hold.
+TURN_RADPS = 100.0  #: No robot turns faster.
 FORCE_N = 1e4  #: The drive of the strongest one.
 
 
@@ -106,6 +107,9 @@ class Robot(Part):
         Column("bumper_y_n", -FORCE_N, FORCE_N, "the same, north"),
         Column("effort", 0.0, 1.0, "drive force over its limit"),
         Column("battery", 0.0, 1.0, "charge"),
+        Column("ahead_x", -1.0, 1.0, "unit vector ahead, east; 0 if it does not turn"),
+        Column("ahead_y", -1.0, 1.0, "the same, north"),
+        Column("turn_radps", -TURN_RADPS, TURN_RADPS, "how fast it turns"),
         Column("elapsed", 0.0, 1.0, "control steps over the most there may be"),
     )
 
@@ -115,6 +119,8 @@ class Robot(Part):
             *observation.bumper_force_n,
             observation.drive_effort,
             observation.battery,
+            *_ahead(observation.heading_rad),
+            observation.turn_rate_radps or 0.0,
             observation.step / task.max_steps,
         )
 
@@ -239,3 +245,10 @@ class Nearest(Part):
             o.id in self._moved,
             self._held_n.get(o.id, 0.0),
         )
+
+
+def _ahead(heading_rad: float | None) -> tuple[float, float]:
+    """Return the unit vector along a heading; zero where there is none."""
+    if heading_rad is None:
+        return 0.0, 0.0
+    return math.cos(heading_rad), math.sin(heading_rad)

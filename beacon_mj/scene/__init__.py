@@ -5,6 +5,7 @@ from beacon_mj.scene.learning import (
     LearningPart,
     LearningStage,
     Sensing,
+    door_problem,
 )
 from beacon_mj.scene.scene import (
     PROFILES,
@@ -30,4 +31,5 @@ __all__ = [
     "Scene",
     "Sensing",
     "Surface",
+    "door_problem",
 ]

@@ -5,15 +5,16 @@ schema; then comes what a schema cannot say: bounds, ids, overlap, classes.
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Set
 from typing import Literal
 
 import msgspec
 import numpy as np
 import shapely
+from msgspec import UNSET
 
 from beacon_mj.errors import MalformedSceneError, SceneError
-from beacon_mj.scene import Obstacle, Scene, shapes
+from beacon_mj.scene import Obstacle, Scene, door_problem, shapes
 
 #: Overlap that settling and rounding may cause without the scene being wrong [m].
 OVERLAP_TOLERANCE_M = 1e-4
@@ -38,6 +39,8 @@ RESERVED_IDS = frozenset(
     + [f"wall_{side}" for side in ("west", "south", "east", "north")]
     + ["base", "base_x", "base_y", "bumper", "bumper_x", "bumper_y"]
     + ["drive", "drive_along", "drive_across"]
+    + ["base_yaw", "footprint", "wheel_left", "wheel_right"]
+    + ["drive_left", "drive_right"]
 )
 
 
@@ -108,6 +111,7 @@ def _check_truth(scene: Scene) -> None:
         )
     _check_corners(scene)
     _check_obstacles(scene)
+    _check_learning(scene)
     _check_clear_of_robot(scene)
     _check_no_overlap(scene)
 
@@ -166,11 +170,30 @@ def _check_obstacles(scene: Scene) -> None:
                 f"but they were {o.perceived.scores}."
             )
         _check_shape(o)
-    missing = set(scene.certificate.door_ids) - seen
-    if missing:
+    _check_exist("certificate.door_ids", scene.certificate.door_ids, seen)
+
+
+def _check_exist(field: str, doors: Iterable[str], obstacles: Set[str]) -> None:
+    if missing := set(doors) - obstacles:
         raise SceneError(
-            f"Expected certificate.door_ids to name obstacles but {sorted(missing)} "
-            "do not exist."
+            f"Expected {field} to name obstacles but {sorted(missing)} do not exist."
+        )
+
+
+def _check_learning(scene: Scene) -> None:
+    """Check that the certificate of learning is about a problem that can be solved."""
+    learning = scene.certificate.learning
+    if learning is UNSET:
+        return
+    for part in learning.parts:
+        field = "certificate.learning.parts.doors"
+        _check_exist(field, part.doors, {o.id for o in scene.obstacles})
+    door_problem(learning.parts, learning.fail_s, learning.pass_s)
+    stages = sum(len(part.stages) for part in learning.parts)
+    if scene.days is not UNSET and (not stages or stages % scene.days):
+        raise SceneError(
+            f"Expected as many stages on each of {scene.days} days but "
+            f"certificate.learning has {stages} in all."
         )
 
 

@@ -5,10 +5,13 @@ follows from prior and geometry alone: nothing in it depends on what is true of 
 doors of this scene, so it may be computed again from the family without them.
 """
 
+from collections.abc import Iterable
 from typing import Annotated
 
 from msgspec import Meta
 
+from beacon_mj.errors import SceneError
+from beacon_mj.learning.problem import DoorPart, DoorProblem, DoorStage
 from beacon_mj.scene.record import NonNegative, Positive, Probability, Record
 
 
@@ -65,6 +68,46 @@ class LearningCertificate(Record, frozen=True, kw_only=True):
     pass_s: NonNegative
     worlds: Annotated[int, Meta(ge=1, le=10**6)]
     parts: tuple[LearningPart, ...]
+
+
+def door_problem(
+    parts: Iterable[LearningPart], fail_s: float, pass_s: float
+) -> DoorProblem:
+    """Return the decision problem of parts as a scene stores them.
+
+    Args:
+        parts: Stages, travel times and prior.
+        fail_s: Time that a push which fails costs [s].
+        pass_s: Time that a push which works costs, beyond the drive [s].
+
+    Raises:
+        SceneError: If the parts are no decision problem.
+    """
+    return DoorProblem(
+        parts=tuple(map(_problem_part, parts)), fail_s=fail_s, pass_s=pass_s
+    )
+
+
+def _problem_part(part: LearningPart) -> DoorPart:
+    number = {name: i for i, name in enumerate(part.doors)}
+    if unknown := {d for stage in part.stages for d in stage.doors} - set(number):
+        raise SceneError(
+            f"Expected stages of the doors {list(part.doors)} but they name "
+            f"{sorted(unknown)}."
+        )
+    return DoorPart(
+        stages=tuple(
+            DoorStage(
+                doors=tuple(number[name] for name in stage.doors),
+                enter_s=stage.enter_s,
+                between_s=stage.between_s,
+                cross_s=stage.cross_s,
+            )
+            for stage in part.stages
+        ),
+        weights=part.weights,
+        opens=part.opens,
+    )
 
 
 class Sensing(Record, frozen=True, kw_only=True, omit_defaults=True):

@@ -142,6 +142,7 @@ class Scene(Record, frozen=True, kw_only=True):
     Fields that do not concern a scene are `msgspec.UNSET`, and not in its file.
 
     Attributes:
+        robot_model: The shipped robot that its family chooses; unset for the disc.
         sensing: How its family is sensed, where that is the family's to say.
         mission: Number of the mission that it is a day of.
         day: Which day of the mission, from 0.
@@ -161,6 +162,7 @@ class Scene(Record, frozen=True, kw_only=True):
     surfaces: tuple[Surface, Surface, Surface]
     obstacles: Annotated[tuple[Obstacle, ...], Meta(max_length=500)]
     certificate: Certificate
+    robot_model: Literal["diff-drive"] | UnsetType = UNSET
     sensing: Sensing | UnsetType = UNSET
     mission: Annotated[int, Meta(ge=0, le=10**9)] | UnsetType = UNSET
     day: Annotated[int, Meta(ge=0, le=10**6)] | UnsetType = UNSET

@@ -26,10 +26,12 @@ class ScheduledWorld(World):
         super().__init__(scene)
         self.schedules: list[list[int]] = []
 
-    def step(self, velocity_mps: Array) -> StepOutcome:
-        """Apply a velocity command for one control period; see `World.step`."""
+    def step(
+        self, velocity_mps: Array, turn_rate_radps: float | None = None
+    ) -> StepOutcome:
+        """Apply a command for one control period; see `World.step`."""
         self.schedules.append([])
-        return super().step(velocity_mps)
+        return super().step(velocity_mps, turn_rate_radps)
 
     def _step_alone(self, steps: int) -> None:
         self.schedules[-1].append(steps)

@@ -10,11 +10,14 @@ from abc import ABC, abstractmethod
 
 import mujoco
 import numpy as np
+from msgspec import UNSET, UnsetType
 
 from beacon_mj.errors import BeaconError
 from beacon_mj.geometry import Array, Footprint, Footprints
-from beacon_mj.scene import Scene
+from beacon_mj.scene import Robot, Scene
 from beacon_mj.scene.checks import check_scene
+from beacon_mj.scene_gen.robot_contract import fitted
+from beacon_mj.scene_gen.robots import RobotFile, robot_in
 from beacon_mj.world import contacts as ct
 from beacon_mj.world.attribution import Attribution
 from beacon_mj.world.bodies import Bodies
@@ -41,6 +44,8 @@ class BaseWorld(ABC):
 
     Attributes:
         scene: The scene.
+        robot_file: The robot's file.
+        robot: Its numbers: the scene's, with mass, drive and bumper of the file.
         mjcf: The scene as MJCF; viewers draw every world from it.
         model: The same, compiled by MuJoCo.
         data: The present state in terms of `model`.
@@ -53,18 +58,27 @@ class BaseWorld(ABC):
     data: mujoco.MjData
     _bodies: Bodies
 
-    def __init__(self, scene: Scene, timestep_s: float) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        timestep_s: float,
+        robot: RobotFile | UnsetType = UNSET,
+    ) -> None:
         """Check the scene, and begin with no contact.
 
         Args:
             scene: The scene.
             timestep_s: Time between two readings of the contact forces [s].
+            robot: The robot in it, in place of the scene's own.
 
         Raises:
             SceneError: If the scene is not valid.
+            TemplateError: If the robot does not keep the contract.
         """
         check_scene(scene)
         self.scene = scene
+        self.robot_file = robot_in(scene, robot)
+        self.robot: Robot = fitted(self.robot_file, scene.robot)
         self._timestep_s = timestep_s
         n = len(scene.obstacles)
         self._names = [*(o.id for o in scene.obstacles), ROBOT, WALL]
@@ -74,7 +88,7 @@ class BaseWorld(ABC):
         )  # fmt: skip
         self._weakest = float(self._break_force.min(initial=math.inf))
         self._pairs = ct.PairTable.create(n, timestep_s)
-        self._pushes = PushMonitor(self._names[:n], scene.robot.force_max_n)
+        self._pushes = PushMonitor(self._names[:n], self.robot.force_max_n)
         self._attribution = Attribution()
         self.broken = np.zeros(n, np.bool_)
         self._step = 0
@@ -88,12 +102,17 @@ class BaseWorld(ABC):
         """
 
     @abstractmethod
-    def step(self, velocity_mps: Array) -> StepOutcome:
-        """Apply a velocity command for one control period.
+    def step(
+        self, velocity_mps: Array, turn_rate_radps: float | None = None
+    ) -> StepOutcome:
+        """Apply a command for one control period.
 
         Args:
             velocity_mps: Commanded velocity, shape (2,) [m/s]; one above the robot's
-                speed limit is scaled down.
+                speed limit is scaled down. It is in the arena frame, or, with a turn
+                rate, in the robot's: forwards, and 0.
+            turn_rate_radps: Turn rate of a robot that turns; None to have it turn
+                towards the velocity.
 
         Raises:
             SimulationError: If the physics diverges.
@@ -113,6 +132,16 @@ class BaseWorld(ABC):
     @abstractmethod
     def bumper_force_n(self) -> Array:
         """Force on the bumper from outside, shape (2,) [N]."""
+
+    @property
+    def heading_rad(self) -> float | None:
+        """Where the robot's nose points, in [-pi, pi); None if it does not turn."""
+        return None
+
+    @property
+    def turn_rate_radps(self) -> float | None:
+        """How fast the robot turns; None if it does not."""
+        return None
 
     @property
     def footprints(self) -> Footprints:

@@ -13,7 +13,6 @@ from beacon_mj.scene import Scene, shapes
 
 _UPRIGHT = math.cos(math.radians(5.0))
 _TOPPLED = math.cos(math.radians(45.0))
-_FIRST_OBSTACLE = 4  #: Where obstacles begin in qpos: the robot has two slides twice.
 _NONE = np.zeros(0, np.int64)
 
 
@@ -55,6 +54,7 @@ class Bodies:
             dtype=np.bool_,
         )
         self._free = np.flatnonzero(self.qpos_address >= 0)
+        self._first = len(qpos) - 7 * len(self._free)  # The robot's come before.
         self._still = np.zeros(len(self._ids))
         self.reset()
 
@@ -77,7 +77,7 @@ class Bodies:
 
     def refresh(self) -> Array:
         """Read all poses; return how far each obstacle travelled, shape (n,) [m]."""
-        state = self.qpos[_FIRST_OBSTACLE:].tobytes()
+        state = self.qpos[self._first :].tobytes()
         self._moved = state != self._state
         if not self._moved:
             return self._still

@@ -15,7 +15,12 @@ class Drive:
 
     Attributes:
         axis: Unit vector along which the first servo acts, shape (2,).
+        turns: Whether the robot has a heading: no.
     """
+
+    turns = False
+    heading_rad = None
+    turn_rate_radps = None
 
     def __init__(
         self, robot: Robot, model: mujoco.MjModel, data: mujoco.MjData
@@ -25,6 +30,10 @@ class Drive:
         self._gain = float(model.actuator_gainprm[0, 0])
         self._timestep_s = float(model.opt.timestep)
         self._ring_kg = BUMPER_MASS_SHARE * robot.mass_kg
+        self.reset()
+
+    def reset(self) -> None:
+        """Act along the x axis first."""
         self.aim(np.array([1.0, 0.0]))
 
     def limited(self, velocity_mps: Array) -> Array:
@@ -32,12 +41,21 @@ class Drive:
         speed, limit = norm(velocity_mps), self._robot.speed_mps
         return velocity_mps * (limit / speed) if speed > limit else velocity_mps
 
-    def command(self, velocity_mps: Array) -> None:
-        """Hold a velocity, shape (2,) [m/s], for the control period that begins."""
+    def command(
+        self, velocity_mps: Array, turn_rate_radps: float | None = None
+    ) -> Array:
+        """Hold a velocity, shape (2,) [m/s], for the control period that begins.
+
+        Returns the velocity; it has no use for a turn rate.
+        """
         self.aim(self._direction(velocity_mps))
         x, y = self.axis
         self._data.ctrl[0] = velocity_mps[0] * x + velocity_mps[1] * y
         self._data.ctrl[1] = -velocity_mps[0] * y + velocity_mps[1] * x
+        return velocity_mps
+
+    def track(self) -> None:
+        """Do nothing: the servos hold what they were told."""
 
     def aim(self, axis: Array) -> None:
         """Turn the servos along and across a unit vector, shape (2,)."""

@@ -10,19 +10,23 @@ from collections.abc import Callable
 
 import mujoco
 import numpy as np
+from msgspec import UNSET, UnsetType
 from numpy.typing import NDArray
 
 from beacon_mj.errors import SceneError
 from beacon_mj.geometry import Array
-from beacon_mj.numerics import norm
-from beacon_mj.scene import Scene
+from beacon_mj.numerics import norm, rotated
+from beacon_mj.scene import Robot, Scene
 from beacon_mj.scene_gen.mjcf import TIMESTEP_S, scene_mjcf
+from beacon_mj.scene_gen.robot_contract import differential_drive
+from beacon_mj.scene_gen.robots import RobotFile
 from beacon_mj.world import contacts as ct
 from beacon_mj.world.base import BaseWorld, SimulationError
 from beacon_mj.world.bodies import Bodies
 from beacon_mj.world.drive import Drive
 from beacon_mj.world.outcome import ROBOT, Damage, PairForce, StepOutcome
 from beacon_mj.world.overnight import Left
+from beacon_mj.world.wheels import WheelDrive
 
 #: Bumper forces beyond this multiple of what speed and drive can cause are no physics:
 #: bodies have been pressed into each other.
@@ -37,6 +41,8 @@ class World(BaseWorld):
 
     Attributes:
         scene: The scene.
+        robot_file: The robot's file.
+        robot: Its numbers: the scene's, with mass, drive and bumper of the file.
         mjcf: The MJCF text that was compiled.
         model: The compiled model.
         data: Its state.
@@ -48,6 +54,7 @@ class World(BaseWorld):
         scene: Scene,
         timestep_s: float = TIMESTEP_S,
         watch: Callable[[], None] | None = None,
+        robot: RobotFile | UnsetType = UNSET,
     ) -> None:
         """Compile the scene and let its obstacles settle.
 
@@ -56,23 +63,24 @@ class World(BaseWorld):
             timestep_s: Physics step [s]; a different one is for convergence checks.
             watch: Called after each physics step of `step`, to look at `data`; the
                 quiet shortcut is then never taken.
+            robot: The robot in it, in place of the scene's own.
 
         Raises:
             SceneError: If the scene is not valid, MuJoCo cannot compile it, or the
                 control period is no multiple of the physics step.
+            TemplateError: If the robot does not keep the contract.
         """
-        super().__init__(scene, timestep_s)
+        super().__init__(scene, timestep_s, robot)
         mujoco.set_mju_user_warning(_quiet)
-        self.mjcf = scene_mjcf(scene, timestep_s)
+        self.mjcf = scene_mjcf(scene, timestep_s, self.robot_file)
         self.model = _compiled(self.mjcf, scene.name)
         self.data = mujoco.MjData(self.model)
         self._watch = watch
         self._substeps = _whole(scene.robot.control_period_s, timestep_s)
-        robot = scene.robot
-        impact = robot.speed_mps * math.sqrt(robot.bumper_stiffness_npm * robot.mass_kg)
-        self._impossible_n = IMPOSSIBLE * (impact + robot.force_max_n)
+        self._impossible_n = IMPOSSIBLE * _impact_n(self.robot)
         self._origin = np.array(scene.start_m)
-        self._drive = Drive(robot, self.model, self.data)
+        self._drive = self._motors()
+        self._deflection = int(self.model.joint("bumper_x").qposadr[0])
         self._index = np.array(
             [self.model.body(o.id).id for o in scene.obstacles], dtype=np.int64
         )
@@ -91,25 +99,30 @@ class World(BaseWorld):
         """
         mujoco.mj_resetData(self.model, self.data)
         self._forget(left)
-        self._drive.aim(np.array([1.0, 0.0]))
+        self._drive.reset()
         self._settle()
         self.data.time = 0.0
         self._bodies.reset()
         if left is not None:
             self._bodies.newly_toppled()  # What lies there fell the day before.
 
-    def step(self, velocity_mps: Array) -> StepOutcome:
-        """Apply a velocity command for one control period.
+    def step(
+        self, velocity_mps: Array, turn_rate_radps: float | None = None
+    ) -> StepOutcome:
+        """Apply a command for one control period.
 
         Args:
             velocity_mps: Commanded velocity, shape (2,) [m/s]; one above the robot's
-                speed limit is scaled down.
+                speed limit is scaled down. It is in the arena frame, or, with a turn
+                rate, in the robot's: forwards, and 0.
+            turn_rate_radps: Turn rate of a robot that turns; None to have it turn
+                towards the velocity.
 
         Raises:
             SimulationError: If MuJoCo reports a warning or the state is not finite.
         """
-        command = self._drive.limited(velocity_mps)
-        self._drive.command(command)
+        limited = self._drive.limited(velocity_mps)
+        command = self._drive.command(limited, turn_rate_radps)
         self._pairs.begin_step()
         damages: list[Damage] = []
         work = self._advance(command, damages)
@@ -130,9 +143,23 @@ class World(BaseWorld):
         return np.array(self.data.qvel[:2])
 
     @property
+    def heading_rad(self) -> float | None:
+        """Where the robot's nose points, in [-pi, pi); None if it does not turn."""
+        return self._drive.heading_rad
+
+    @property
+    def turn_rate_radps(self) -> float | None:
+        """How fast the robot turns; None if it does not."""
+        return self._drive.turn_rate_radps
+
+    @property
     def bumper_force_n(self) -> Array:
         """Force on the bumper from outside, from its springs, shape (2,) [N]."""
-        return self.scene.robot.bumper_stiffness_npm * np.array(self.data.qpos[2:4])
+        first = self._deflection
+        deflection = np.array(self.data.qpos[first : first + 2])
+        if (heading := self._drive.heading_rad) is not None:
+            deflection = rotated(deflection, heading)
+        return self.robot.bumper_stiffness_npm * deflection
 
     def _advance(self, command: Array, damages: list[Damage]) -> float:
         """Run the physics steps of one control period; return the drives' work [J]."""
@@ -140,10 +167,9 @@ class World(BaseWorld):
         while left:
             alone = min(left, self._steps_alone(command))
             if alone > 1:
-                before = self._drive.stored_energy_j()
-                self._step_alone(alone)
-                work += self._drive.stored_energy_j() - before
+                work += self._work_alone(alone)
             else:
+                self._drive.track()
                 mujoco.mj_step(self.model, self.data)
                 work += self._drive.step_work_j()
                 self._read_contacts(command, damages)
@@ -167,6 +193,22 @@ class World(BaseWorld):
         fastest = max(norm(self.velocity_mps), norm(command))
         reach = gap - self.scene.robot.radius_m - _REACH_M
         return int(reach / max(fastest * self._timestep_s, 1e-9))
+
+    def _work_alone(self, steps: int) -> float:
+        """Take physics steps in which nothing is touched; return the drives' work [J].
+
+        Wheels touch the floor, and their speeds follow the heading in every step.
+        """
+        drive, work = self._drive, 0.0
+        if isinstance(drive, WheelDrive):
+            for _ in range(steps):
+                drive.track()
+                mujoco.mj_step(self.model, self.data)
+                work += drive.step_work_j()
+            return work
+        before = drive.stored_energy_j()
+        self._step_alone(steps)
+        return drive.stored_energy_j() - before
 
     def _step_alone(self, steps: int) -> None:
         """Take physics steps in which nothing is touched, without looking for it.
@@ -239,6 +281,12 @@ class World(BaseWorld):
         """Return positions and quaternions of the fixed obstacles, shape (f, 7)."""
         return np.hstack([self.data.xpos[self._fixed], self.data.xquat[self._fixed]])
 
+    def _motors(self) -> Drive | WheelDrive:
+        if self.robot_file.is_disc:
+            return Drive(self.robot, self.model, self.data)
+        known = differential_drive(self.robot_file)
+        return WheelDrive(self.robot, known, self.model, self.data)
+
     def _entities(self) -> NDArray[np.int64]:
         """Return the entity of each geom."""
         model, n = self.model, len(self.scene.obstacles)
@@ -257,6 +305,12 @@ def _compiled(mjcf: str, name: str) -> mujoco.MjModel:
     except ValueError as error:
         reason = " ".join(str(error).split())
         raise SceneError(f"{name}: MuJoCo cannot compile it: {reason}.") from error
+
+
+def _impact_n(robot: Robot) -> float:
+    """Return what the robot's speed and its drive can cause on the bumper [N]."""
+    stiffness, mass = robot.bumper_stiffness_npm, robot.mass_kg
+    return robot.speed_mps * math.sqrt(stiffness * mass) + robot.force_max_n
 
 
 def _whole(period_s: float, timestep_s: float) -> int:

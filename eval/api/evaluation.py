@@ -3,12 +3,13 @@
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
-from beacon_mj.episode.protocol import Protocol
+from beacon_mj.episode.protocol import Protocol, WorldKind
 from beacon_mj.errors import RunError
 from beacon_mj.eval.api.reports import closing_report
 from beacon_mj.eval.runs.config import Logging
 from beacon_mj.eval.runs.evaluation import EvaluationOptions, prepare
 from beacon_mj.eval.runs.lineup import PlannerChoice
+from beacon_mj.eval.runs.presets import in_world
 from beacon_mj.eval.runs.progress import Progress, quiet
 from beacon_mj.eval.runs.variants import Values, VaryValues
 from beacon_mj.eval.runs.whole_numbers import check_whole_numbers
@@ -31,6 +32,8 @@ def evaluate(
     settings: Values = (),
     vary: VaryValues = (),
     protocol: Protocol | str | None = None,
+    robot: str | Path | None = None,
+    world: WorldKind | None = None,
     scene_dir: str | Path | None = None,
     templates: str | Path | None = None,
     out: str | Path | None = None,
@@ -72,6 +75,9 @@ def evaluate(
             `beacon[push_bias=0.5]`, and the rows have a column a setting.
         protocol: How episodes are run: a protocol, or the name of a preset, `paper` or
             `realistic`; `settings` change it.
+        robot: The robot in all scenes: a name (see `list_robots`) or a file of your
+            own; by default the family's, or the disc.
+        world: World of all episodes: `mujoco`, the default, or `planar`, the paper's.
         scene_dir: Folder of stored scenes, in place of generated ones.
         templates: Folder of your own family templates.
         out: Run folder, new or empty; by default a new one below `runs/`, as for the
@@ -113,7 +119,8 @@ def evaluate(
         scenes_per_family=scenes_per_family,
         seed=seed,
         perception=perception,
-        protocol=Protocol.preset(protocol) if isinstance(protocol, str) else protocol,
+        protocol=in_world(protocol, world),
+        robot=None if robot is None else str(robot),
         scene_dir=None if scene_dir is None else Path(scene_dir),
         templates=None if templates is None else Path(templates),
         log=log,

@@ -3,13 +3,14 @@
 import math
 
 import numpy as np
-from msgspec import UNSET
+from msgspec import UNSET, UnsetType
 
 from beacon_mj.episode.trace import Trace
 from beacon_mj.errors import LogError
 from beacon_mj.eval.metrics import belief_metrics, contact_metrics, published_scores
 from beacon_mj.eval.metrics.row import Row
 from beacon_mj.geometry import Array, segment_lengths
+from beacon_mj.scene_gen.robots import robot_in
 
 ROLLING_JPM = 2.0  #: kappa_d of bare rolling resistance, for `energy_rolling_j` [J/m].
 
@@ -24,7 +25,7 @@ def measure(trace: Trace) -> Row:
         raise LogError(
             f"{trace.scene.name}: expected a finished episode but it has no outcome."
         )
-    scene, robot = trace.scene, trace.scene.robot
+    scene, robot = trace.scene, trace.protocol.robot_of(trace.scene)
     obstacles = {o.id: o for o in scene.obstacles}
     success, broken = trace.outcome == "reached", contact_metrics.broken(trace)
     path_m, time_s = path_length_m(positions_m(trace)), sim_time_s(trace)
@@ -48,6 +49,8 @@ def measure(trace: Trace) -> Row:
         scene_sha256=scene.sha256,
         perception=scene.perception,
         seed=scene.seed,
+        robot=_robot(trace),
+        world="planar" if trace.protocol.is_planar else UNSET,
         outcome=trace.outcome,
         success=success,
         clean_success=success and broken == 0,
@@ -100,6 +103,12 @@ def measure(trace: Trace) -> Row:
         wall_time_s=trace.wall_time_s,
         detail=trace.detail,
     )
+
+
+def _robot(trace: Trace) -> str | UnsetType:
+    """Return what the robot is chosen by; unset for the disc."""
+    robot = robot_in(trace.scene, trace.protocol.robot)
+    return UNSET if robot.is_disc else str(robot)
 
 
 def positions_m(trace: Trace) -> Array:

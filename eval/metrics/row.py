@@ -7,9 +7,10 @@ undefined, such as a Brier score of a planner without a belief.
 
 import hashlib
 from collections.abc import Iterable
-from typing import Any
+from typing import Any, Literal
 
 import msgspec
+from msgspec import UNSET, UnsetType
 
 from beacon_mj.constants import WALL_CLOCK_COLUMNS
 from beacon_mj.episode.trace import Outcome
@@ -42,6 +43,10 @@ class Row(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True)
     perception: Profile
     #: Seed stored in the scene.
     seed: int
+    #: Robot, where it is not the disc; rows of the disc have no such column.
+    robot: str | UnsetType = UNSET
+    #: World, where it is not MuJoCo's; rows of MuJoCo have no such column.
+    world: Literal["planar"] | UnsetType = UNSET
     #: How the episode ended.
     outcome: Outcome
     #: S: the robot's centre came within the goal tolerance (paper, App. B).
@@ -160,11 +165,17 @@ class Row(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True)
         return f"{self.family}_{self.scene_index:04d}"
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the columns by name, in order."""
-        return msgspec.structs.asdict(self)
+        """Return the columns by name, in order, without those that are unset."""
+        found = msgspec.structs.asdict(self)
+        return {name: value for name, value in found.items() if value is not UNSET}
 
 
-COLUMNS: tuple[str, ...] = Row.__struct_fields__
+#: Columns of every row.
+COLUMNS: tuple[str, ...] = tuple(
+    field.name for field in msgspec.structs.fields(Row) if field.default is not UNSET
+)
+#: Columns of rows that are not of the disc in MuJoCo.
+OPTIONAL = frozenset(Row.__struct_fields__) - frozenset(COLUMNS)
 
 
 def rows_sha256(rows: Iterable[Row]) -> str:
@@ -189,5 +200,5 @@ def row_sha256(row: Row) -> str:
 
 def _line(row: Row) -> bytes:
     columns = row.as_dict()
-    stable = {k: columns[k] for k in COLUMNS if k not in WALL_CLOCK_COLUMNS}
+    stable = {k: v for k, v in columns.items() if k not in WALL_CLOCK_COLUMNS}
     return msgspec.json.encode(stable) + b"\n"

@@ -7,7 +7,9 @@ from typing import Any, NamedTuple
 
 import msgspec
 from jinja2 import Environment, PackageLoader, StrictUndefined
+from msgspec import UNSET
 
+from beacon_mj.episode.protocol import Protocol
 from beacon_mj.errors import RunError, printable, unknown
 from beacon_mj.eval.metrics.row import Row
 from beacon_mj.eval.report import figures, tables
@@ -248,10 +250,18 @@ def _facts(run: Results, rows: Sequence[Row]) -> dict[str, Any]:
         "perception": config.perception or "as stored in the scenes",
         "digest": hashlib.sha256("".join(hashes).encode()).hexdigest(),
         "versions": config.versions,
-        "protocol": msgspec.to_builtins(config.protocol),
+        "protocol": _protocol(config.protocol),
         "configs": {entry.name: dotted(entry.config) for entry in config.planners},
         "command": command_of(config),
     }
+
+
+def _protocol(protocol: Protocol) -> dict[str, Any]:
+    """Return the protocol's fields, of a robot its name and the hash of its file."""
+    fields: dict[str, Any] = msgspec.to_builtins(protocol)
+    if protocol.robot is not UNSET:
+        fields["robot"] = f"{protocol.robot}, SHA-256 {protocol.robot.sha256}"
+    return fields
 
 
 def _suites(rows: Sequence[Row]) -> list[str]:

@@ -7,7 +7,7 @@ from pathlib import Path
 import msgspec
 
 from beacon_mj.episode.protocol import Protocol
-from beacon_mj.errors import BeaconError, RunError
+from beacon_mj.errors import BeaconError, RunError, TemplateError
 from beacon_mj.eval.metrics.row import Row
 from beacon_mj.eval.runs.code_record import check_trusted, code_of, named_code
 from beacon_mj.eval.runs.config import (
@@ -32,6 +32,8 @@ from beacon_mj.eval.runs.variants import Values, VaryValues
 from beacon_mj.eval.runs.versions import versions
 from beacon_mj.eval.runs.whole_numbers import check_episodes
 from beacon_mj.scene import Profile
+from beacon_mj.scene_gen.robot_contract import robot_faults
+from beacon_mj.scene_gen.robots import find_robot
 
 #: Options whose names on the command line are others.
 _FLAGS = {
@@ -55,6 +57,7 @@ class EvaluationOptions:
     seed: int = 0
     perception: Profile | None = None
     protocol: Protocol | None = None
+    robot: str | None = None
     scene_dir: Path | None = None
     templates: Path | None = None
     log: Logging = "all"
@@ -230,7 +233,7 @@ def _configured(options: EvaluationOptions, out: Path | None) -> Evaluation:
         options.planners,
         options.settings,
         options.vary,
-        options.protocol,
+        _with_robot(options.protocol, options.robot),
         options.isolate,
     )
     count = options.scenes_per_family
@@ -259,6 +262,16 @@ def _configured(options: EvaluationOptions, out: Path | None) -> Evaluation:
     return Evaluation(
         config=config, refs=share_missions(refs, shard), folder=folder, handed=handed
     )
+
+
+def _with_robot(protocol: Protocol | None, robot: str | None) -> Protocol | None:
+    """Return the protocol with the robot that was asked for, if one was."""
+    if robot is None:
+        return protocol
+    found = find_robot(robot)
+    if faults := robot_faults(found):
+        raise TemplateError(f"{robot}: {faults[0]}: see `beacon-mj robots --check`.")
+    return msgspec.structs.replace(protocol or Protocol(), robot=found)
 
 
 def _stem(config: RunConfig) -> str:

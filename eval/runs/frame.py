@@ -1,9 +1,10 @@
 """Rows as a table of typed columns, with a column for every setting that varies."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import msgspec
+from msgspec import UNSET
 
 from beacon_mj.eval.metrics.row import Row
 from beacon_mj.eval.runs.config import RunConfig
@@ -48,15 +49,30 @@ def frame(rows: Sequence[Row], config: RunConfig | None = None) -> "pl.DataFrame
 def typed_frame(
     rows: Sequence[msgspec.Struct], kind: type[msgspec.Struct]
 ) -> "pl.DataFrame":
-    """Return structs of one kind as a polars frame, a column a field."""
+    """Return structs of one kind as a polars frame, a column a field.
+
+    A field that is unset in all of them is no column; in some of them it is null there.
+    """
     import polars as pl
 
     names = {int: pl.Int64, float: pl.Float64, bool: pl.Boolean, str: pl.String}
+    unset = {
+        field.name
+        for field in msgspec.structs.fields(kind)
+        if field.default is UNSET
+        and all(getattr(row, field.name) is UNSET for row in rows)
+    }
     schema = {
         field.name: names.get(_plain(field.type), pl.String)
         for field in msgspec.structs.fields(kind)
+        if field.name not in unset
     }
-    return pl.DataFrame([msgspec.structs.asdict(row) for row in rows], schema=schema)
+    return pl.DataFrame([_columns(row, schema) for row in rows], schema=schema)
+
+
+def _columns(row: msgspec.Struct, names: Iterable[str]) -> dict[str, Any]:
+    values = ((name, getattr(row, name)) for name in names)
+    return {name: None if value is UNSET else value for name, value in values}
 
 
 def _column(name: str, values: Sequence[Any]) -> "pl.Series":

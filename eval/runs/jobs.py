@@ -14,6 +14,7 @@ from beacon_mj.episode.episode import Listener
 from beacon_mj.episode.mission import Mission
 from beacon_mj.episode.protocol import Protocol
 from beacon_mj.episode.trace import Outcome, Trace
+from beacon_mj.episode.worlds import world_of
 from beacon_mj.errors import RunError
 from beacon_mj.eval.metrics.measure import measure
 from beacon_mj.eval.metrics.row import Row
@@ -35,7 +36,7 @@ from beacon_mj.planners.base import Planner
 from beacon_mj.planners.registry import whole_spec
 from beacon_mj.scene import Scene
 from beacon_mj.streams import stream
-from beacon_mj.world import BaseWorld, SimulationError, World
+from beacon_mj.world import BaseWorld, SimulationError
 
 Key = tuple[str, str, int]  #: Planner, family and scene index.
 
@@ -109,19 +110,25 @@ def run_job(
         suite_of_ref(config, *each) for each in zip(job.refs, scenes, strict=True)
     ]
     out = Attempt([], [])
-    worlds: dict[float, list[BaseWorld]] = {}
+    worlds: dict[object, list[BaseWorld]] = {}
     for entry in entries:
-        step = config.protocol_of(entry.name).timestep_s
+        protocol = config.protocol_of(entry.name)
+        kind = (
+            protocol.timestep_s,
+            protocol.robot,
+            protocol.is_planar,
+            protocol.push_model,
+        )
         try:
-            if step not in worlds:
-                worlds[step] = [World(scene, step) for scene in scenes]
+            if kind not in worlds:
+                worlds[kind] = [world_of(scene, protocol) for scene in scenes]
         except SimulationError as error:
             out.rows.extend(
                 lost_row(config, scene, entry.name, "simulation_error", str(error), own)
                 for scene, own in zip(scenes, suites, strict=True)
             )
             continue
-        days = _days(config, folder, worlds[step], suites, entry, handed)
+        days = _days(config, folder, worlds[kind], suites, entry, handed)
         for row, where in days:
             out.rows.append(row)
             if row.outcome == "planner_error":

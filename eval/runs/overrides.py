@@ -11,7 +11,7 @@ from typing import Any, TypeVar, get_type_hints
 
 import msgspec
 
-from beacon_mj.errors import PlannerError, RunError, unknown
+from beacon_mj.errors import PlannerError, RunError, TemplateError, unknown
 from beacon_mj.eval.runs.text_values import BadValue, describe, parse_value
 from beacon_mj.planners.base import Planner
 from beacon_mj.planners.checks import FieldError
@@ -80,7 +80,7 @@ def convert(
             if field not in known:
                 raise error(unknown(f"field of {name}", field, known))
         return _laid_over(default, _tree(values), name)
-    except FieldError as problem:
+    except (FieldError, TemplateError) as problem:
         raise error(str(problem)) from problem
     except error:
         raise

@@ -1,6 +1,8 @@
-"""Presets of the protocol as settings, for studies that are described by settings."""
+"""The options that stand for several settings of the protocol, or for one."""
 
-from beacon_mj.episode.protocol import PRESETS, Protocol
+import msgspec
+
+from beacon_mj.episode.protocol import PRESETS, Protocol, WorldKind
 from beacon_mj.eval.runs.variants import PROTOCOL, Values, text_of, texts_of
 
 
@@ -20,3 +22,17 @@ def with_preset(name: str | None, settings: Values) -> list[str]:
     Protocol.preset(name)
     values = PRESETS[name].items()
     return [f"{PROTOCOL}.{field}={text_of(value)}" for field, value in values] + own
+
+
+def in_world(
+    protocol: Protocol | str | None, world: WorldKind | None
+) -> Protocol | None:
+    """Return a protocol, or a preset's, in a world; None if none of both is given.
+
+    Raises:
+        RunError: If there is no such preset or world.
+    """
+    found = Protocol.preset(protocol) if isinstance(protocol, str) else protocol
+    if world is None:
+        return found
+    return msgspec.structs.replace(found or Protocol(), world=world)

@@ -12,6 +12,8 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 import msgspec
 from msgspec import UNSET, UnsetType
 
+from beacon_mj.scene_gen.robots import RobotFile, find_robot
+
 _OPEN, _CLOSE = "[(", "])"
 _SEQUENCES = (tuple, list, set, frozenset)
 _WORDS = {
@@ -19,7 +21,9 @@ _WORDS = {
     int: "an integer",
     bool: "true or false",
     str: "text",
+    RobotFile: "a robot's name or its file",
 }
+_NOTHING = (type(None), UnsetType)
 _LIMITS = {"ge": ">=", "gt": ">", "le": "<=", "lt": "<"}
 
 
@@ -86,10 +90,12 @@ def _structured(text: str, hint: Any) -> Any:
     if origin in (Union, types.UnionType):
         if type(None) in arguments and text.lower() in ("none", "null"):
             return None
-        rest = [each for each in arguments if each not in (type(None), UnsetType)]
+        rest = [each for each in arguments if each not in _NOTHING]
         return _structured(text, rest[0]) if len(rest) == 1 else text
     if hint is bool:
         return text.lower()
+    if hint is RobotFile:
+        return find_robot(text)
     if origin not in _SEQUENCES and hint not in _SEQUENCES:
         return text
     parts = _parts(text)

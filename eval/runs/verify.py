@@ -11,6 +11,7 @@ from beacon_mj.constants import WALL_CLOCK_COLUMNS
 from beacon_mj.episode.trace import Trace
 from beacon_mj.errors import BeaconError, LogError, RunError
 from beacon_mj.eval.metrics.measure import measure
+from beacon_mj.eval.metrics.row import OPTIONAL
 from beacon_mj.eval.runs.frame import varied_settings
 from beacon_mj.eval.runs.log_files import log_file
 from beacon_mj.eval.runs.run_folder import (
@@ -60,10 +61,15 @@ def tables_of(run: Path) -> dict[str, Rows]:
     if (run / TABLE).is_file():
         columns = varied_settings(load_config(run))
         out[TABLE] = {
-            _key(row): _without_settings(row, columns)
+            _key(row): _without_settings(_set(row), columns)
             for row in read_table(run / TABLE).to_dicts()
         }
     return out
+
+
+def _set(row: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a row of a table without columns that only others of its rows have."""
+    return {n: v for n, v in row.items() if v is not None or n not in OPTIONAL}
 
 
 def _without_settings(

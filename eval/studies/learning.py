@@ -31,8 +31,7 @@ from beacon_mj.eval.statistics.intervals import (
 )
 from beacon_mj.eval.statistics.results import Results
 from beacon_mj.learning import ActualSaving, actual_saving
-from beacon_mj.scene import LearningCertificate, Scene
-from beacon_mj.scene_gen.learning.certificate import door_problem
+from beacon_mj.scene import LearningCertificate, Scene, door_problem
 
 
 class Saving(NamedTuple):

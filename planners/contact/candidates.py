@@ -10,7 +10,8 @@ from beacon_mj.geometry import Array, Footprint, Footprints, signed_distance
 from beacon_mj.interface import Observation, SensedObstacle, Task
 from beacon_mj.numerics import angles_of, dot, norm, norms
 from beacon_mj.planners.contact.cost_map import Crossing
-from beacon_mj.planners.contact.push_model import Cascade, PushWorld
+from beacon_mj.planners.contact.push_model import PushWorld
+from beacon_mj.pushing.cascade import Cascade
 
 #: Directions that are tried, relative to the way through [rad]; the wide fan is for
 #: when nothing else is left, and an obstacle must be cleared away to whatever side.

@@ -1,11 +1,11 @@
 """The push model of the planners: forces, energies, and chain reactions.
 
-Everything here works on *perceived* footprints, as upright prisms in python-fcl
-(paper II.D and II.G). Forces in [N], lengths in [m].
+Cascades are those of `beacon_mj.pushing.cascade`, which the planar world obeys, on
+*perceived* footprints, as upright prisms in python-fcl (paper II.D and II.G). Forces in
+[N], lengths in [m].
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import cache, cached_property
 
 import fcl
@@ -14,6 +14,7 @@ import numpy as np
 from beacon_mj.geometry import Array, Footprint, convex_hull
 from beacon_mj.interface import SensedObstacle
 from beacon_mj.numerics import norm, norms, unit_vectors
+from beacon_mj.pushing.cascade import Cascade, cascade
 
 #: Facets of a round footprint in the collision world.
 _FACETS = 16
@@ -21,27 +22,6 @@ _FACETS = 16
 _GRAZE_M = 0.01
 #: Slack of bounding boxes, against rounding [m].
 _BOX_SLACK_M = 1e-6
-
-
-@dataclass(frozen=True, slots=True)
-class Cascade:
-    """What a push would set in motion.
-
-    Attributes:
-        moved: Index and travel [m] of every obstacle that would move, in order.
-        force_n: Sum of the breakaway forces of all of them [N]: a row of n bodies
-            needs n times the force of one.
-        blocked_by: Index of the obstacle that makes the push infeasible, if any.
-    """
-
-    moved: tuple[tuple[int, float], ...]
-    force_n: float
-    blocked_by: int | None
-
-    @property
-    def feasible(self) -> bool:
-        """Whether the whole cascade gives way."""
-        return self.blocked_by is None
 
 
 class PushWorld:
@@ -83,22 +63,9 @@ class PushWorld:
         Returns:
             The cascade; it stops at the first obstacle that cannot be moved.
         """
-        distance = norm(travel)
-        direction = travel / max(distance, 1e-12)
-        reach = {first: distance}
-        queue, total = [first], 0.0
-        order: list[tuple[int, float]] = []
-        while queue:
-            i = queue.pop(0)
-            total += force(i)
-            if fixed(i) or total > force_max_n:
-                return Cascade(tuple(order), total, i)
-            order.append((i, reach[i]))
-            for j, gap in self._hits(i, direction * reach[i]):
-                if j not in reach and reach[i] - gap > _GRAZE_M:
-                    reach[j] = reach[i] - gap
-                    queue.append(j)
-        return Cascade(tuple(order), total, None)
+        return cascade(
+            first, travel, self._hits, force, force_max_n, fixed, graze_m=_GRAZE_M
+        )
 
     def _hits(self, i: int, travel: Array) -> list[tuple[int, float]]:
         """Return (index, gap [m]) of the obstacles that i would sweep into."""

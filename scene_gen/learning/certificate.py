@@ -6,13 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from beacon_mj.geometry import Footprint, Footprints, polyline_length
-from beacon_mj.learning import (
-    DoorPart,
-    DoorProblem,
-    DoorStage,
-    memoryless_s,
-    updating_s,
-)
+from beacon_mj.learning import memoryless_s, updating_s
 from beacon_mj.motion.visibility_graph import shortest_path
 from beacon_mj.scene import (
     LearningCertificate,
@@ -20,6 +14,7 @@ from beacon_mj.scene import (
     LearningStage,
     Obstacle,
     Robot,
+    door_problem,
 )
 from beacon_mj.scene_gen.learning.room import DOOR_M, Door, Part, Room, Stage
 from beacon_mj.scene_gen.rooms import Bounds, Point
@@ -52,32 +47,6 @@ def certify_parts(
         pass_s=pass_s,
         worlds=max(len(part.weights) for part in parts),
         parts=parts,
-    )
-
-
-def door_problem(
-    parts: Iterable[LearningPart], fail_s: float, pass_s: float
-) -> DoorProblem:
-    """Return the decision problem of parts as a scene stores them."""
-    return DoorProblem(
-        parts=tuple(map(_problem_part, parts)), fail_s=fail_s, pass_s=pass_s
-    )
-
-
-def _problem_part(part: LearningPart) -> DoorPart:
-    number = {name: i for i, name in enumerate(part.doors)}
-    return DoorPart(
-        stages=tuple(
-            DoorStage(
-                doors=tuple(number[name] for name in stage.doors),
-                enter_s=stage.enter_s,
-                between_s=stage.between_s,
-                cross_s=stage.cross_s,
-            )
-            for stage in part.stages
-        ),
-        weights=part.weights,
-        opens=part.opens,
     )
 
 

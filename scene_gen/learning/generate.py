@@ -33,7 +33,7 @@ from beacon_mj.scene_gen.learning.latents import deal, draw_outcomes
 from beacon_mj.scene_gen.learning.layouts import LEARNING_LAYOUTS
 from beacon_mj.scene_gen.learning.room import Door, Part, Room, door_obstacle
 from beacon_mj.scene_gen.perception import ForceErrors, perceive
-from beacon_mj.scene_gen.rooms import robot_of, sensing_of, workspace_m
+from beacon_mj.scene_gen.rooms import robot_model_of, robot_of, sensing_of, workspace_m
 from beacon_mj.streams import stream
 
 PROPOSALS = 200  #: Proposals per scene before giving up.
@@ -77,6 +77,7 @@ def generate_learning_scene(
         surfaces=family.surfaces,
         obstacles=_named([*room.walls, *doors], names),
         certificate=_UNPROVED,
+        robot_model=robot_model_of(family),
         sensing=sensing_of(family, designed=door_errors(room)),
         mission=UNSET if days is None else number,
         day=UNSET if days is None else day,

@@ -115,6 +115,8 @@ class MjModel:
     actuator_gainprm: _Floats
     actuator_gear: _Floats
     body_mass: _Floats
+    body_parentid: _Integers
+    body_pos: _Floats
     body_rootid: _Integers
     dof_damping: _Floats
     geom_bodyid: _Integers
@@ -145,6 +147,7 @@ class MjContact:
     dim: int
     dist: float
     efc_address: int
+    friction: _Floats
     geom: _Integers
     frame: _Floats
     pos: _Floats

@@ -19,6 +19,7 @@ from beacon_mj.geometry import Array
 from beacon_mj.interface import Command, Observation, Scan, SensorSheet, Task
 from beacon_mj.planners.base import Planner
 from beacon_mj.planners.push_through import PushThrough
+from beacon_mj.planners.registry import OURS, PAPER, load_planner
 from beacon_mj.recording.provenance import to_json
 from beacon_mj.scene import Scene
 from beacon_mj.world import World
@@ -200,6 +201,16 @@ def test_a_planner_that_ignores_scans_runs_as_it_is() -> None:
     way = [[s.outcome.position_m.tobytes() for s in t.steps] for t in (plain, blind)]
     assert way[0] == way[1]
     assert plain.outcome == blind.outcome
+
+
+@pytest.mark.parametrize("name", sorted({**PAPER, **OURS, "mppi": "", "namo": ""}))
+def test_every_planner_that_ignores_scans_runs_without_outlines(name: str) -> None:
+    """It drives into the barrier, and nothing fails."""
+    scene = cached_scene("collision-required", 0)
+    blind = Protocol(obstacles="none", max_steps=50)
+    trace = run_episode(scene, load_planner(name)[1](), protocol=blind)
+    assert trace.outcome == "timeout", trace.detail
+    assert any(step.outcome.contacts for step in trace.steps)
 
 
 def test_the_data_sheet_says_what_the_lidar_is() -> None:

@@ -30,7 +30,7 @@ INVALID = (
     ("--protocol", ("easy", "", "paper,realistic")),
     ("--family", ("nowhere", "../sparse", "", "\x1b[2J")),
     ("--planner", ("beacn", "x.py:X", ":", "", "beacon:Beacon", "[red]")),
-    ("--set", ("protocol.max_steps=0", "beacon", "=", "beacon.x=1", "x.y=1")),
+    ("--set", ("protocol.sensing_radius_m=-1", "beacon", "=", "beacon.x=1", "x.y=1")),
     ("--vary", ("beacon.push_bias=", "beacon.push_bias=1,1", "protocol.x=1,2")),
     ("--speed", ("1",)),
 )
@@ -46,11 +46,11 @@ class Input(NamedTuple):
 
 def make(rng: Random) -> Input:
     words, toml, invalid = list[str](), "", rng.random() < 0.5
-    if invalid:
-        option, values = rng.choice(INVALID)
-        words += [option, rng.choice(values)]
     for _ in range(rng.randint(0, 2)):
         words += ["--set", _setting(rng)]
+    if invalid:  # Last, because of two values of a field the last one counts.
+        option, values = rng.choice(INVALID)
+        words += [option, rng.choice(values)]
     if rng.random() < 0.2:
         value = json.dumps(rng.choice([v for v in WILD if _plain(v)]))
         key = rng.choice(["seed", "workers", "log", "set", "planner", "nonsense"])

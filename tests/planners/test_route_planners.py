@@ -27,6 +27,7 @@ from beacon_mj.planners.ctp_optimist import CtpOptimist
 from beacon_mj.planners.routes.graph import RouteGraph, RoutePlanner, StageRef
 from beacon_mj.planners.routes.progress import RouteProgress
 from beacon_mj.scene import Scene
+from beacon_mj.scene.checks import check_scene
 from beacon_mj.scene_gen.generate import generate_scene
 from tests.learning.problems import TWO_KINDS
 from tests.worlds import cached_scene
@@ -213,7 +214,7 @@ def test_days_of_a_mission_are_its_stages() -> None:
 def test_days_that_do_not_divide_are_refused() -> None:
     odd = msgspec.structs.replace(mission(0), days=2)
     with pytest.raises(SceneError, match="as many stages on each of 2 days"):
-        stages_of_day(odd)
+        check_scene(odd)
 
 
 @pytest.mark.parametrize("family", ["revisited-rooms", "revisited-rooms-redrawn"])

@@ -97,7 +97,7 @@ def test_every_path_leads_to_a_field_of_a_topic(layout: dict[str, Any]) -> None:
                 assert numeric or not panel.startswith("Plot")
     assert TOPICS.keys() - used == {
         *("/tf", "/tf/start", "/tf/moved"),  # In use by every 3-D panel, unnamed.
-        *("/belief", "/command", "/sensed", "/state", "/told"),
+        *("/belief", "/command", "/sensed", "/state", "/told", "/turn"),
     }
 
 

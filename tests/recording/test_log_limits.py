@@ -17,6 +17,7 @@ from beacon_mj.recording import read_log, read_trace
 from beacon_mj.recording.messages import message
 from beacon_mj.recording.states import StateSequence, state_sizes
 from beacon_mj.scene_gen.generate import generate_scene
+from beacon_mj.scene_gen.robots import shipped_robot
 from beacon_mj.world import World
 from tests.recording.conftest import Sample
 from tests.recording.samples import rewrite
@@ -54,7 +55,7 @@ def _changed(
 def test_states_have_the_size_that_the_scene_gives(name: str) -> None:
     scene = generate_scene(name, 0)
     data = World(scene).data
-    assert state_sizes(scene) == (len(data.qpos), len(data.qvel))
+    assert state_sizes(scene, shipped_robot("disc")) == (len(data.qpos), len(data.qvel))
 
 
 def test_a_large_first_state_is_refused(sample: Sample, tmp_path: Path) -> None:
@@ -176,4 +177,4 @@ def test_states_are_found_in_any_order() -> None:
         np.testing.assert_array_equal(sequence[k], states[k])
     with pytest.raises(IndexError):
         sequence[701]
-    assert state_sizes(bench(block())) == (11, 10)
+    assert state_sizes(bench(block()), shipped_robot("disc")) == (11, 10)

@@ -12,7 +12,7 @@ from beacon_mj.episode.protocol import Protocol
 from beacon_mj.episode.run import run_episode
 from beacon_mj.planners.base import Planner
 from beacon_mj.recording import Recorder, read_log, read_trace
-from beacon_mj.recording.schemas import TOPICS
+from beacon_mj.recording.schemas import OPTIONAL_TOPICS, TOPICS
 from beacon_mj.world import World
 from tests.recording.conftest import Sample
 from tests.recording.samples import (
@@ -110,7 +110,7 @@ def test_other_readers_decode_every_topic(damage: Sample) -> None:
             assert message.DESCRIPTOR.full_name == schema.name == TOPICS[channel.topic]
             found[channel.topic] = found.get(channel.topic, 0) + 1
     # A sensor without errors of its own tells nothing but the truth.
-    assert found.keys() == TOPICS.keys() - {"/told"}
+    assert found.keys() == TOPICS.keys() - {"/told"} - OPTIONAL_TOPICS
     assert found["/step"] == found["/state"] == len(damage.trace.steps) + 1
 
 

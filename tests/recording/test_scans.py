@@ -10,6 +10,7 @@ from mcap.records import McapRecord, Message
 from beacon_mj.episode.protocol import Protocol
 from beacon_mj.episode.run import run_episode
 from beacon_mj.episode.trace import StepRecord, Trace
+from beacon_mj.errors import LogError
 from beacon_mj.interface import Observation, Scan, beam_angles
 from beacon_mj.recording import Recorder, read_log, verify
 from beacon_mj.recording.container import Container
@@ -111,6 +112,29 @@ def test_verify_makes_the_scans_again(scanned: Scanned, tmp_path: Path) -> None:
     problem = verify(forged, row).problem
     assert problem is not None
     assert SCAN_TOPIC in problem
+
+
+@pytest.mark.parametrize("fault", ["lost", "short"])
+def test_a_log_with_other_scans_is_refused(
+    scanned: Scanned, tmp_path: Path, fault: str
+) -> None:
+    seen = 0
+
+    def change(topic: str, r: McapRecord) -> McapRecord | None:
+        nonlocal seen
+        if topic == SCAN_TOPIC and isinstance(r, Message):
+            seen += 1
+            if seen == 4 and fault == "lost":
+                return None
+            if seen == 4:
+                scan = message("foxglove.LaserScan").FromString(r.data)
+                scan.ranges.pop()
+                r.data = scan.SerializeToString()
+        return r
+
+    rewrite(scanned.path, tmp_path / "x.mcap", change)
+    with pytest.raises(LogError, match="expected 26 scans of 48 beams but there are"):
+        read_log(tmp_path / "x.mcap")
 
 
 def test_a_log_without_lidar_has_no_such_topic(tmp_path: Path) -> None:

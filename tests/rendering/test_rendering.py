@@ -161,6 +161,19 @@ def test_strip_shows_start_pushes_and_end(log_path: Path, tmp_path: Path) -> Non
 
 
 @needs_gl
+def test_what_a_lidar_hits_is_dotted(tmp_path: Path) -> None:
+    found = []
+    for beams in (0, 90):
+        path = tmp_path / f"{beams}.mcap"
+        record(path, protocol=Protocol(lidar_beams=beams, max_steps=2))
+        with playback.Playback(read_log(path), 480, 360) as frames:
+            pixels = frames.picture(0).astype(int).reshape(-1, 3)
+        red, green, blue = pixels.T
+        found.append(((red > 150) & (green < 0.75 * red) & (blue < 0.25 * red)).sum())
+    assert found[0] + 60 < found[1]
+
+
+@needs_gl
 def test_what_is_broken_is_marked_by_more_than_colour(
     log_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

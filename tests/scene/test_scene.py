@@ -295,8 +295,8 @@ def test_touching_is_allowed() -> None:
 def test_reserved_ids_are_the_names_of_the_templates() -> None:
     named = {
         element.attrib["name"]
-        for file in ("arena.xml", "robot.xml")
-        for element in ET.parse(ROOT / file).iter()
+        for file in (ROOT / "arena.xml", *(ROOT / "robots").glob("*.xml"))
+        for element in ET.parse(file).iter()
         if "name" in element.attrib
     }
     assert named | {"robot", "wall", "world"} == RESERVED_IDS

@@ -221,7 +221,7 @@ def test_a_room_or_robot_of_ones_own_is_refused(name: str, tmp_path: Path) -> No
     family = tmp_path / "fam.xml"
     family.write_text(family.read_text().replace("../arena.xml", "arena.xml"))
     shutil.copy(ROOT / "arena.xml", tmp_path)
-    shutil.copy(ROOT / "robot.xml", tmp_path)
+    shutil.copy(ROOT / "robots" / "disc.xml", tmp_path / "robot.xml")
     assert nominal(tmp_path)
     own = tmp_path / name
     own.write_text(own.read_text().replace('friction="0.', 'friction="1.'))

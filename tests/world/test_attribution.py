@@ -6,6 +6,7 @@ from beacon_mj.fidelity.benches import bench, block
 from beacon_mj.world import World
 from beacon_mj.world.attribution import Attribution
 from beacon_mj.world.outcome import PairForce
+from tests.worlds import Build
 
 ZERO = np.zeros(3)
 
@@ -14,9 +15,9 @@ def touch(a: str, b: str, force: float = 5.0) -> PairForce:
     return PairForce(a, b, ZERO, ZERO, force, force, force, 0.1 * force)
 
 
-def test_a_row_of_three_is_attributed_link_by_link() -> None:
+def test_a_row_of_three_is_attributed_link_by_link(build: Build) -> None:
     blocks = [block(f"b{k}", 0.05 + 0.41 * k, mass_kg=1.5) for k in range(3)]
-    world = World(bench(*blocks))
+    world = build(bench(*blocks))
     chains: dict[str, tuple[str, ...]] = {}
     for _ in range(30):
         for d in world.step(np.array([0.3, 0.0])).displacements:

@@ -11,11 +11,11 @@ from beacon_mj.errors import SceneError
 from beacon_mj.fidelity.benches import START_M, bench, block, obstacle
 from beacon_mj.scene import Robot, Scene, shapes
 from beacon_mj.scene.shapes import Sphere
-from beacon_mj.world import SimulationError, StepOutcome, World
-from tests.worlds import cached_scene, drive
+from beacon_mj.world import BaseWorld, SimulationError, StepOutcome, World
+from tests.worlds import Build, cached_scene, drive
 
 
-def wander(world: World, steps: int, seed: int = 0) -> list[StepOutcome]:
+def wander(world: BaseWorld, steps: int, seed: int = 0) -> list[StepOutcome]:
     rng = np.random.default_rng(seed)
     goal = np.array(world.scene.goal_m)
     out = []
@@ -26,23 +26,28 @@ def wander(world: World, steps: int, seed: int = 0) -> list[StepOutcome]:
     return out
 
 
-def state(world: World) -> bytes:
+def state(world: BaseWorld) -> bytes:
     return bytes(world.data.qpos.tobytes() + world.data.qvel.tobytes())
 
 
-def test_obstacles_start_settled_where_the_scene_puts_them(family: str) -> None:
+def test_obstacles_start_where_the_scene_puts_them(build: Build, family: str) -> None:
     scene = cached_scene(family, 0)
-    world = World(scene)
-    assert world.data.ntree_awake <= 1
+    world = build(scene)
     expected = np.array([(o.x_m, o.y_m) for o in scene.obstacles])
     np.testing.assert_allclose(world.poses[:, :2], expected, atol=2e-4)
     heights = np.array([0.5 * o.shape.height_m for o in scene.obstacles])
     np.testing.assert_allclose(world.poses[:, 2], heights, atol=6e-4)
+    for outline, o in zip(world.outlines, scene.obstacles, strict=True):
+        assert outline.polygon().symmetric_difference(o.outline).area < 1e-3
     assert world.data.time == 0.0
 
 
-def test_nothing_moves_when_nothing_is_done(family: str) -> None:
-    world = World(cached_scene(family, 1))
+def test_obstacles_start_asleep(family: str) -> None:
+    assert World(cached_scene(family, 0)).data.ntree_awake <= 1
+
+
+def test_nothing_moves_when_nothing_is_done(build: Build, family: str) -> None:
+    world = build(cached_scene(family, 1))
     before = world.poses
     outcomes = drive(world, *[(0.0, 0.0)] * 20)
     assert not any(o.displacements or o.contacts or o.damages for o in outcomes)
@@ -50,25 +55,26 @@ def test_nothing_moves_when_nothing_is_done(family: str) -> None:
     np.testing.assert_allclose(world.position_m, world.scene.start_m, atol=1e-12)
 
 
-def test_same_commands_give_the_same_bits() -> None:
+def test_same_commands_give_the_same_bits(build: Build) -> None:
     scene = cached_scene("cluttered", 0)
-    first, second = World(scene), World(scene)
+    first, second = build(scene), build(scene)
     wander(first, 120)
     wander(second, 120)
     assert state(first) == state(second)
 
 
-def test_reset_gives_the_bits_of_a_new_world() -> None:
+def test_reset_gives_the_bits_of_a_new_world(build: Build) -> None:
     scene = cached_scene("cluttered", 1)
-    used = World(scene)
+    used = build(scene)
     wander(used, 60, seed=3)
     used.reset()
-    fresh = World(scene)
+    fresh = build(scene)
     assert state(used) == state(fresh)
     a, b = wander(used, 60), wander(fresh, 60)
     assert state(used) == state(fresh)
     assert [o.actuator_work_j for o in a] == [o.actuator_work_j for o in b]
     assert [o.contacts != () for o in a] == [o.contacts != () for o in b]
+    assert any(o.contacts for o in a)
 
 
 @pytest.mark.parametrize("index", [0, 1, 2])
@@ -88,8 +94,8 @@ def test_the_quiet_shortcut_changes_no_bit(index: int) -> None:
         assert x.actuator_work_j == pytest.approx(y.actuator_work_j, abs=0.05)
 
 
-def test_footprints_follow_the_bodies() -> None:
-    world = World(bench(block(gap_m=0.05, mass_kg=1.0)))
+def test_footprints_follow_the_bodies(build: Build) -> None:
+    world = build(bench(block(gap_m=0.05, mass_kg=1.0)))
     drive(world, *[(0.4, 0.05)] * 20)
     (outline,) = world.outlines
     np.testing.assert_allclose(outline.centroid, world.poses[0, :2], atol=1e-9)
@@ -99,8 +105,8 @@ def test_footprints_follow_the_bodies() -> None:
     )
 
 
-def test_speed_limit_and_free_motion() -> None:
-    world = World(bench())
+def test_speed_limit_and_free_motion(build: Build) -> None:
+    world = build(bench())
     outcomes = drive(world, *[(3.0, 4.0)] * 10)
     assert np.hypot(*outcomes[-1].velocity_mps) == pytest.approx(0.5, abs=1e-6)
     np.testing.assert_allclose(outcomes[-1].velocity_mps, (0.3, 0.4), atol=1e-6)

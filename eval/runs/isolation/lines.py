@@ -142,15 +142,18 @@ class Decision(
     Attributes:
         id: The message's number.
         velocity_mps: Velocity for one control period, east and north [m/s]; one above
-            the speed limit is scaled down.
+            the speed limit is scaled down. With a turn rate: forwards, and 0.
         give_up: Whether the program cannot go on; the episode ends.
         info: Why.
+        turn_rate_radps: Turn rate, counter-clockwise, of a robot that turns; null
+            leaves turning to the robot.
     """
 
     id: int
     velocity_mps: Point
     give_up: bool = False
     info: Info = Info()
+    turn_rate_radps: float | None = None
 
 
 Reply = Greeting | Ready | Failed | Decision
@@ -249,6 +252,7 @@ def _decided(reply: Decision) -> wire.Decided:
         info.beliefs,
         info.replanned,
         info.expansions,
+        reply.turn_rate_radps,
     )
 
 

@@ -75,6 +75,7 @@ class Act(NamedTuple):
     again: list[tuple[int, float, bool, bool]]
     contacts: list[tuple[str, bytes, float]]
     evidence: list[tuple[Any, ...]]
+    turning: tuple[float | None, float | None]
     scan: tuple[bytes, float] | None
 
 
@@ -120,6 +121,7 @@ class Decided(msgspec.Struct, frozen=True, array_like=True, tag=2):
     beliefs: dict[str, tuple[float, float, float]]
     replanned: bool
     expansions: int
+    turn_rate: float | None = None
 
 
 Reply = Ready | Failed | Decided
@@ -207,6 +209,7 @@ class Changes:
             again,
             [(c.id, c.normal.tobytes(), c.force_n) for c in now.contacts],
             [tuple(e) for e in now.evidence],
+            (now.heading_rad, now.turn_rate_radps),
             None
             if now.scan is None
             else (now.scan.ranges_m.tobytes(), now.scan.range_max_m),
@@ -249,6 +252,8 @@ class Picture:
                 for name, normal, force in act.contacts
             ),
             evidence=tuple(PushEvidence(*e) for e in act.evidence),
+            heading_rad=act.turning[0],
+            turn_rate_radps=act.turning[1],
             scan=None if act.scan is None else _scan(*act.scan),
         )
 
@@ -276,6 +281,7 @@ def decided(serial: int, command: Command) -> Decided:
         dict(info.beliefs),
         info.replanned,
         info.expansions,
+        command.turn_rate_radps,
     )
 
 
@@ -296,6 +302,7 @@ def command_of(reply: Decided) -> Command:
             replanned=reply.replanned,
             expansions=reply.expansions,
         ),
+        turn_rate_radps=reply.turn_rate,
     )
 
 

@@ -21,9 +21,8 @@ from beacon_mj.eval.runs.lineup import planner_entries
 from beacon_mj.eval.statistics.results import Results
 from beacon_mj.eval.studies.learning import actual_outcomes, by_family, savings
 from beacon_mj.learning import actual_saving
-from beacon_mj.scene import Scene
+from beacon_mj.scene import Scene, door_problem
 from beacon_mj.scene_gen.generate import generate_scene
-from beacon_mj.scene_gen.learning.certificate import door_problem
 
 SEED = 4000  # Neither the tuning nor the reported scenes.
 

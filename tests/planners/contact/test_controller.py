@@ -24,7 +24,7 @@ from beacon_mj.planners.contact.cost_to_go import TravelTimes
 from beacon_mj.planners.contact.decision import Decision
 from beacon_mj.planners.contact.limits import PushLimits
 from beacon_mj.planners.contact.loop import ContactPlanner
-from beacon_mj.planners.contact.push_model import Cascade
+from beacon_mj.pushing.cascade import Cascade
 from beacon_mj.scene_gen.generate import generate_scene
 from tests.kinematics import make_task
 from tests.sensed import observe, sensed_box

@@ -24,8 +24,8 @@ from beacon_mj.planners.contact.limits import (
     within_sheet,
 )
 from beacon_mj.planners.contact.loop import ContactPlanner
-from beacon_mj.planners.contact.push_model import Cascade
 from beacon_mj.planners.semantic import Semantic
+from beacon_mj.pushing.cascade import Cascade
 from tests.kinematics import make_task
 from tests.sensed import observe, sensed_box
 
