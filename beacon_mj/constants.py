@@ -20,6 +20,7 @@ WHOLE_NUMBERS: Mapping[str, tuple[int, int]] = {
     "workers": (1, 4096),
     "trials": (0, 10**5),
 }
+MAX_OBSTACLES = 2500  #: Of a scene.
 GRAVITY = 9.81  #: Gravitational acceleration [m/s^2].
 CONTACT_N = 1.0  #: Filtered force above which bumper and obstacle are in contact [N].
 MOVED_M = 0.010  #: Travel above which an obstacle counts as moved [m].

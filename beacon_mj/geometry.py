@@ -115,6 +115,12 @@ class Footprints:
         _signed_distances(points, self.vertices, self.radius, out)
         return out
 
+    def distances_within(self, points: Array, reach: float) -> Array:
+        """Signed distances as of `distances`; inf where they are above `reach` [m]."""
+        out = np.full((len(points), len(self)), np.inf)
+        _near_distances(points, self.vertices, self.radius, reach, out)
+        return out
+
     def nearest_points(self, point: Array) -> Array:
         """Boundary point of each footprint that is nearest to `point`, (n, 2) [m]."""
         out = np.empty((len(self), 2))
@@ -307,6 +313,21 @@ def _signed_distances(
             out[j, i] = signed_distance(
                 points[j, 0], points[j, 1], vertices[i], radius[i]
             )
+
+
+@kernel
+def _near_distances(
+    points: Array, vertices: Array, radius: Array, reach: float, out: Array
+) -> None:
+    """Fill in the distances (m, n) of points in boxes around the footprints."""
+    for i in range(vertices.shape[0]):
+        grown = radius[i] + reach + 1e-6
+        west, east = vertices[i, :, 0].min() - grown, vertices[i, :, 0].max() + grown
+        south, north = vertices[i, :, 1].min() - grown, vertices[i, :, 1].max() + grown
+        for j in range(points.shape[0]):
+            x, y = points[j, 0], points[j, 1]
+            if west <= x <= east and south <= y <= north:
+                out[j, i] = signed_distance(x, y, vertices[i], radius[i])
 
 
 @kernel

@@ -16,7 +16,7 @@ from typing import Any, get_args
 
 import msgspec
 
-from beacon_mj.constants import CLASSES
+from beacon_mj.constants import CLASSES, MAX_OBSTACLES
 from beacon_mj.errors import TemplateError, unknown
 from beacon_mj.mjcf_templates import ROOT
 from beacon_mj.scene import Surface
@@ -28,7 +28,7 @@ from beacon_mj.scene_gen.prototypes import Prototype, read_prototypes
 
 #: Numbers a family may carry: how many values, least and largest allowed value.
 NUMERICS: Mapping[str, tuple[int, float, float]] = {
-    "obstacle_count": (2, 0, 500),
+    "obstacle_count": (2, 0, MAX_OBSTACLES),
     "size": (2, 0.05, 3.0),
     "aspect": (2, 0.05, 1.0),
     "height": (2, 0.05, 3.0),
@@ -49,6 +49,15 @@ NUMERICS: Mapping[str, tuple[int, float, float]] = {
     "barrier_gap": (2, 0.0, 0.2),
     "gate_width": (2, 0.3, 3.0),
     "shortcut_ratio": (1, 1.0, 5.0),
+    # Warehouses.
+    "rack_pitch": (1, 1.0, 10.0),
+    "rack_length": (1, 0.2, 3.0),
+    "rack_depth": (1, 0.1, 1.0),
+    "rack_height": (2, 0.05, 3.0),
+    "cross_aisle_pitch": (1, 3.0, 50.0),
+    "pallet_width": (2, 0.25, 1.5),
+    "pallet_gap": (2, 0.0, 0.2),
+    "pallet_share": (1, 0.0, 1.0),
     # The room, the robot, and how it senses.
     "workspace": (2, 3.0, 50.0),
     "force_max": (1, 1.0, 1e4),

@@ -149,9 +149,9 @@ def _missing(family: Family, certificate: Certificate | None) -> str | None:
         return None if certificate.door_ids else "no door opens a way"
     if free is None:
         return "no collision-free path exists"
-    if family.layout == "gated":
-        if not certificate.door_ids:
-            return "no door shortens the way"
+    if family.layout == "gated" and not certificate.door_ids:
+        return "no door shortens the way"
+    if family.layout in ("gated", "warehouse"):
         if free < family.value("shortcut_ratio") * certificate.reference_length_m:
             return "the way round is too short"
         return None

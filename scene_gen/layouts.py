@@ -17,8 +17,8 @@ import shapely
 
 from beacon_mj.geometry import Array
 from beacon_mj.scene import Obstacle
+from beacon_mj.scene_gen.neighbours import Neighbours
 from beacon_mj.scene_gen.prototypes import DECIMALS
-from beacon_mj.scene_gen.rooms import Bounds
 from beacon_mj.scene_gen.rooms import Point as Point
 from beacon_mj.scene_gen.sampling import Sampler
 
@@ -60,7 +60,7 @@ def registering(registry: dict[str, Layout]) -> Iterator[None]:
 def scatter(sampler: Sampler, start: Point, goal: Point) -> list[Obstacle]:
     """Obstacles anywhere, no closer than the family's `spacing`."""
     placed: list[Obstacle] = []
-    add_scattered(sampler, placed, _discs(sampler, start, goal))
+    add_scattered(sampler, placed, end_discs(sampler, start, goal))
     return placed
 
 
@@ -78,21 +78,34 @@ def gated(sampler: Sampler, start: Point, goal: Point) -> list[Obstacle]:
 
 
 def add_scattered(
-    sampler: Sampler, placed: list[Obstacle], forbidden: list[shapely.Geometry]
+    sampler: Sampler,
+    placed: list[Obstacle],
+    forbidden: list[shapely.Geometry],
+    count: int | None = None,
 ) -> None:
-    """Add the family's `obstacle_count` to `placed` by rejection sampling (III.B).
+    """Add obstacles to `placed` by rejection sampling (III.B).
+
+    Args:
+        sampler: Draws them.
+        placed: What they keep the family's `spacing` from.
+        forbidden: Where none may stand.
+        count: How many; the family's `obstacle_count` if None.
 
     Raises:
         NoRoomError: If one of them found no place.
     """
-    spacing, room = sampler.family.value("spacing"), sampler.workspace_m
-    for _ in range(sampler.count("obstacle_count")):
+    spacing, room = sampler.family.value("spacing"), shapely.box(*sampler.workspace_m)
+    others = Neighbours(o.outline for o in placed)
+    if count is None:
+        count = sampler.count("obstacle_count")
+    for _ in range(count):
         shape, interaction = sampler.shape(), sampler.interaction()
         template = sampler.obstacle(shape, interaction)
         for _ in range(_TRIES):
             candidate = at(template, _anywhere(sampler), sampler.yaw())
-            if _fits(candidate, placed, forbidden, spacing, room):
+            if _fits(candidate.outline, others, forbidden, spacing, room):
                 placed.append(candidate)
+                others.add(candidate.outline)
                 break
         else:
             raise NoRoomError(len(placed))
@@ -113,25 +126,24 @@ def _anywhere(sampler: Sampler) -> Array:
     return sampler.rng.uniform((west, south), (east, north))
 
 
-def _discs(sampler: Sampler, start: Point, goal: Point) -> list[shapely.Geometry]:
+def end_discs(sampler: Sampler, start: Point, goal: Point) -> list[shapely.Geometry]:
+    """Return the discs that stay free around start and goal."""
     radius = sampler.robot.radius_m + CLEARANCE_M
     return [shapely.Point(start).buffer(radius), shapely.Point(goal).buffer(radius)]
 
 
 def _fits(
-    candidate: Obstacle,
-    placed: list[Obstacle],
+    outline: shapely.Geometry,
+    others: Neighbours,
     forbidden: list[shapely.Geometry],
     spacing: float,
-    room: Bounds,
+    room: shapely.Geometry,
 ) -> bool:
-    outline = candidate.outline
-    if not shapely.box(*room).covers(outline):
+    if not room.covers(outline):
         return False
-    if any(outline.intersects(area) for area in forbidden):
+    if shapely.intersects(outline, forbidden).any():
         return False
-    others = [o.outline for o in placed]
-    return not len(others) or bool(shapely.distance(outline, others).min() >= spacing)
+    return not others.within(outline, spacing)
 
 
 def _barrier(
@@ -159,7 +171,7 @@ def _barrier(
     )
     if mirrored:
         keep_gate = shapely.box(x - 0.6, 0.0, x + 0.6, gate + 0.1)
-    forbidden = [*_discs(sampler, start, goal), *landing]
+    forbidden = [*end_discs(sampler, start, goal), *landing]
     if gate > 0.0:
         forbidden.append(keep_gate)
     add_scattered(sampler, placed, forbidden)

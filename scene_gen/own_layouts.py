@@ -12,6 +12,7 @@ from importlib.metadata import EntryPoint
 from pathlib import Path
 from types import ModuleType
 
+import beacon_mj.scene_gen.warehouse  # noqa: F401  It registers its layout.
 from beacon_mj.errors import BeaconError, TemplateError, unknown
 from beacon_mj.scene import Obstacle
 from beacon_mj.scene_gen.family import Family

@@ -105,6 +105,20 @@ RELEASED: Mapping[str, Mapping[str, Release]] = {
             scenes="b499129015d5079fb93b558776d9e359ed2181f9f58ddea6932e32cd14b9cef2",
         ),
     },
+    "scale-v1": {
+        "warehouse-12": Release(
+            files="ee42496ec6176c64be0c1121b1c8abbfe3d933626c4455c3be36509a09736bfd",
+            scenes="12856c2c2291d3ee86ade0f23dee6734474e7de40389138872e15a46ee45a09c",
+        ),
+        "warehouse-24": Release(
+            files="509ecd9ad970554122d01eaa5dac95718b5c7ce3d079cd9a525bfc053bbe3a24",
+            scenes="37a6964b15e022935269db418ad0660374c331dcf3a1624af14d8f5ea24056df",
+        ),
+        "warehouse-48": Release(
+            files="0d53340ee65bcd9e7fc3a379918305790d5b8c79fa4ef1ed543a84aa7baf70db",
+            scenes="562027d8ef2ffce7edb50d475e9e3885e1769345ee30e27f695790e89ac54834",
+        ),
+    },
 }
 
 

@@ -49,8 +49,8 @@ Suite = Annotated[
         negative=(),
         show_default=False,
         consume_multiple=True,
-        help="Suites, in place of families: paper-v1, learning-v1, hard-v1, one that "
-        "your own families name, or all; several, or repeated.",
+        help="Suites, in place of families: paper-v1, learning-v1, hard-v1, scale-v1, "
+        "one that your own families name, or all; several, or repeated.",
     ),
 ]
 Seed = Annotated[

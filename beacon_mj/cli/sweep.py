@@ -28,6 +28,13 @@ def sweep(
         ),
     ] = (),
     protocol: options.ProtocolOption = None,
+    world: Annotated[
+        options.World | None,
+        Parameter(
+            help="World that selects: planar screens the grid there, and confirms the "
+            "best eight and the default in MuJoCo, which the report is always of."
+        ),
+    ] = None,
     grid: Annotated[
         Literal["one-at-a-time", "full"],
         Parameter(
@@ -84,6 +91,7 @@ def sweep(
         grid=grid,
         trials=trials,
         protocol=protocol,
+        world=world,
         families=family,
         suite=suite,
         scenes_per_family=scenes_per_family,

@@ -20,11 +20,13 @@ from beacon_mj.episode.sensor_noise import ForceGain, PoseError
 from beacon_mj.episode.sighting import sighting
 from beacon_mj.geometry import Array, Footprint, Footprints, Mask
 from beacon_mj.interface import Contact, Observation, PushEvidence, SensedObstacle
-from beacon_mj.numerics import norm
+from beacon_mj.numerics import norm, norms
 from beacon_mj.streams import stream
 from beacon_mj.world import BaseWorld, StepOutcome
 from beacon_mj.world.outcome import ROBOT
 from beacon_mj.world.pushes import AttemptEnd
+
+_SLACK_M = 1e-6  #: What is farther away than a ray is long by this cannot hide its end.
 
 
 class Sensor:
@@ -46,6 +48,7 @@ class Sensor:
         self._number = {o.id: i for i, o in enumerate(scene.obstacles)}
         self._order: list[int] = []
         self._seen: dict[int, SensedObstacle] = {}
+        self._sensed_last: set[int] = set()
         self._sighting: dict[int, Footprint] = {}
         self._measured: dict[int, Footprint] = {}
         self._untold: list[AttemptEnd] = []
@@ -83,16 +86,15 @@ class Sensor:
 
     def _look(self, time_s: float, outcome: StepOutcome | None) -> None:
         """Update the map from this moment's sightings."""
-        visible = self._visible()
-        touched = set() if outcome is None else _touched(outcome)
+        sensed = set(np.flatnonzero(self._visible()).tolist())
+        if outcome is not None:
+            sensed |= {self._number[name] for name in _touched(outcome)}
+        for i in self._sensed_last - sensed:
+            self._seen[i] = _hidden(self._seen[i])
         changed = False
-        for i, (name, in_sight) in enumerate(
-            zip(self._number, visible.tolist(), strict=True)
-        ):
-            if in_sight or name in touched:
-                changed |= self._sight(i, time_s)
-            elif i in self._seen and self._seen[i].visible:
-                self._seen[i] = _hidden(self._seen[i])
+        for i in sorted(sensed):
+            changed |= self._sight(i, time_s)
+        self._sensed_last = sensed
         if changed:
             self._version += 1
             self._stacked = Footprints.stack(
@@ -107,25 +109,30 @@ class Sensor:
         gaps = world.footprints.distance(world.position_m)
         visible: Mask = gaps - world.scene.robot.radius_m <= sheet.range_m
         if sheet.occlusion:
-            visible &= self._in_sight(visible)
+            visible &= self._in_sight(visible, gaps)
         if sheet.missed_detection > 0.0:
             visible &= self._rng.random(len(visible)) >= sheet.missed_detection
         return np.asarray(visible)
 
-    def _in_sight(self, candidates: Mask) -> Mask:
+    def _in_sight(self, candidates: Mask, gaps: Array) -> Mask:
         """Return which candidates no other obstacle hides entirely, shape (n,).
 
         An obstacle is in sight when the ray to its nearest point or to its centroid
-        meets no other footprint.
+        meets no other footprint. `gaps` (n,) are the distances of all [m].
         """
-        world = self._world
-        eye = world.position_m
-        near = world.footprints.nearest_points(eye)
-        polygons = np.array([f.polygon() for f in world.outlines])
+        outlines, eye = self._world.outlines, self._world.position_m
+        numbers = np.flatnonzero(candidates)
         sight = np.zeros(len(candidates), np.bool_)
-        for i in np.flatnonzero(candidates):
-            others = np.delete(polygons, i)
-            for point in (near[i], world.outlines[i].centroid):
+        if len(numbers) == 0:
+            return sight
+        near = self._world.footprints.nearest_points(eye)
+        centroids = np.array([outlines[i].centroid for i in numbers])
+        farthest_m = norms(np.concatenate([near[numbers], centroids]) - eye).max()
+        close = np.flatnonzero(gaps <= farthest_m + _SLACK_M)
+        polygons = np.array([outlines[i].polygon() for i in close])
+        for i, centroid in zip(numbers, centroids, strict=True):
+            others = polygons[close != i]
+            for point in (near[i], centroid):
                 ray = shapely.LineString([eye, point])
                 if not shapely.intersects(others, ray).any():
                     sight[i] = True

@@ -19,6 +19,7 @@ from beacon_mj.motion.dstar_lite_kernels import (
     descend,
     flood,
     heuristic,
+    settle,
     start_over,
 )
 from beacon_mj.motion.grid import Cells
@@ -90,6 +91,22 @@ class DStarLite:
         self._rebase()
         self.expansions += compute(*self._state())
         return float(self._cells[self.start]["rhs"])
+
+    def costs_near(self, cells: Cells, away_m: Array) -> Array:
+        """Repair the search until the least sum of cost-to-go and `away_m` is known.
+
+        Args:
+            cells: Cells near the start, shape (m,).
+            away_m: What is added to the cost-to-go of each, shape (m,) [m].
+
+        Returns:
+            Costs to go, shape (m,) [m]; inf where there is none, and where it cannot be
+            part of the least sum.
+        """
+        self._rebase()
+        out = np.empty(len(cells))
+        self.expansions += settle(*self._state(), cells, away_m, out)
+        return out
 
     def costs_to_go(self) -> Array:
         """Search from the goal to every cell [m], inf where none; shape (n,)."""

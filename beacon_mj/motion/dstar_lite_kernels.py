@@ -42,6 +42,10 @@ _STEP_LENGTH = (1.0, 1.0, 1.0, 1.0, *[math.sqrt(2.0)] * 4)
 _HEURISTIC_SCALE = 1.0 - 1e-6
 
 
+_ROUNDING_M = 1e-9  #: By how much sums may be off.
+_AT_ONCE = 64  #: Expansions between two looks at the cells that are wanted.
+
+
 class Lattice(NamedTuple):
     """Shape of the grid: its number of columns and the edge of a cell [m]."""
 
@@ -144,24 +148,75 @@ def change_cells(
 def compute(cells: Records, queue: Records, lattice: Lattice, aim: Aim) -> int:
     """ComputeShortestPath of the paper; returns the number of expansions."""
     expansions = 0
-    while heap_size(queue) > 0:
-        g, rhs = cells[aim.start]["g"], cells[aim.start]["rhs"]
-        low = min(g, rhs)
-        top1, top2 = queue[1]["key1"], queue[1]["key2"]
-        if rhs <= g and not before(top1, top2, low + aim.k_m, low):
-            break
-        u = queue[1]["vertex"]
-        value = min(cells[u]["g"], cells[u]["rhs"])
-        key1 = value + heuristic(lattice, aim.start, u) + aim.k_m
-        if before(top1, top2, key1, value):
-            heap_put(cells, queue, u, key1, value)
-            continue
-        expansions += 1
-        if cells[u]["g"] > cells[u]["rhs"]:
-            _lower(cells, queue, lattice, aim, u)
-        else:
-            _raise(cells, queue, lattice, aim, u)
+    while heap_size(queue) > 0 and not _settled(cells, queue, lattice, aim, aim.start):
+        expansions += _expand(cells, queue, lattice, aim)
     return expansions
+
+
+@kernel
+def settle(
+    cells: Records,
+    queue: Records,
+    lattice: Lattice,
+    aim: Aim,
+    wanted: Cells,
+    away: Array,
+    out: Array,
+) -> int:
+    """Search until the least cost-to-go + `away` (m,) of `wanted` (m,) is known.
+
+    Fills `out` (m,) with costs to go, inf where there is none or it cannot be part of
+    the least sum; returns the number of expansions.
+    """
+    expansions = 0
+    while True:
+        best, least_left = np.inf, np.inf
+        top = queue[1]["key1"] if heap_size(queue) > 0 else np.inf
+        for j in range(wanted.shape[0]):
+            u = wanted[j]
+            out[j] = np.inf
+            if u != aim.goal and math.isinf(cells[u]["cost"]):
+                continue
+            if heap_size(queue) == 0 or _settled(cells, queue, lattice, aim, u):
+                out[j] = cells[u]["rhs"]
+                best = min(best, out[j] + away[j])
+            else:
+                # Keys never fall, so that this one's cannot be below the top.
+                left = top - heuristic(lattice, aim.start, u) - aim.k_m + away[j]
+                least_left = min(least_left, left)
+        if least_left > best + _ROUNDING_M or math.isinf(least_left):
+            return expansions
+        for _ in range(_AT_ONCE):
+            if heap_size(queue) > 0:
+                expansions += _expand(cells, queue, lattice, aim)
+
+
+@inlined
+def _settled(
+    cells: Records, queue: Records, lattice: Lattice, aim: Aim, u: int
+) -> bool:
+    """Whether the lookahead of u is its cost-to-go; the heap must not be empty."""
+    g, rhs = cells[u]["g"], cells[u]["rhs"]
+    low = min(g, rhs)
+    key1 = low + heuristic(lattice, aim.start, u) + aim.k_m
+    return rhs <= g and not before(queue[1]["key1"], queue[1]["key2"], key1, low)
+
+
+@inlined
+def _expand(cells: Records, queue: Records, lattice: Lattice, aim: Aim) -> int:
+    """Take up the vertex with the least key; return 1 if it was expanded."""
+    top1, top2 = queue[1]["key1"], queue[1]["key2"]
+    u = queue[1]["vertex"]
+    value = min(cells[u]["g"], cells[u]["rhs"])
+    key1 = value + heuristic(lattice, aim.start, u) + aim.k_m
+    if before(top1, top2, key1, value):
+        heap_put(cells, queue, u, key1, value)
+        return 0
+    if cells[u]["g"] > cells[u]["rhs"]:
+        _lower(cells, queue, lattice, aim, u)
+    else:
+        _raise(cells, queue, lattice, aim, u)
+    return 1
 
 
 @inlined

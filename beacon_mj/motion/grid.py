@@ -17,6 +17,7 @@ from beacon_mj.geometry import Array, Footprints, signed_distance
 from beacon_mj.jit import kernel
 
 Cells = NDArray[np.int64]
+Window = tuple[int, int, int, int]  #: Rows [r0, r1) and columns [c0, c1).
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -84,7 +85,7 @@ class Grid:
         y = self.south_m + (row + 0.5) * self.cell_m - point[1]
         return (row * self.cols + col).ravel(), np.sqrt(x * x + y * y).ravel()
 
-    def window(self, low: Array, high: Array) -> tuple[int, int, int, int]:
+    def window(self, low: Array, high: Array) -> Window:
         """Rows [r0, r1) and columns [c0, c1) that cover a box between two corners.
 
         A box outside of the grid has none: r0 = r1 or c0 = c1.
@@ -131,28 +132,44 @@ class ClearanceField:
             whole = (0, self.grid.rows, 0, self.grid.cols)
             return self._refresh(whole, footprints, rebuild=True)
         changed = [
-            self._refresh(self._around(known, i, footprints), footprints, rebuild=True)
+            self._refresh(window, footprints, rebuild=True)
             for i in _moved(known, footprints)
+            for window in self._left_and_entered(known, footprints, i)
         ]
         for i in range(len(known), len(footprints)):
             new = Footprints(footprints.vertices[i : i + 1], footprints.radius[i:][:1])
-            window = self._around(footprints, i, footprints)
+            window = self._around(footprints, i)
             changed.append(self._refresh(window, new, rebuild=False))
         if not changed:
             return np.zeros(0, dtype=np.int64)
         return changed[0] if len(changed) == 1 else np.unique(np.concatenate(changed))
 
-    def _around(
-        self, before: Footprints, index: int, after: Footprints
-    ) -> tuple[int, int, int, int]:
-        """Window of cells that footprint `index` may reach, before or after."""
-        cores = np.concatenate([before.vertices[index], after.vertices[index]])
-        grown = self.reach_m + max(before.radius[index], after.radius[index])
-        return self.grid.window(cores.min(axis=0) - grown, cores.max(axis=0) + grown)
+    def _left_and_entered(
+        self, before: Footprints, after: Footprints, index: int
+    ) -> list[Window]:
+        """Windows of cells that a footprint may have reached, and may reach now.
+
+        They are one where they overlap: a footprint that moved a little.
+        """
+        old, new = self._around(before, index), self._around(after, index)
+        r0, r1 = max(old[0], new[0]), min(old[1], new[1])
+        c0, c1 = max(old[2], new[2]), min(old[3], new[3])
+        if r0 >= r1 or c0 >= c1:
+            return [old, new]
+        return [
+            (min(old[0], new[0]), max(old[1], new[1]),
+             min(old[2], new[2]), max(old[3], new[3]))
+        ]  # fmt: skip
+
+    def _around(self, footprints: Footprints, index: int) -> Window:
+        """Window of cells that footprint `index` may reach."""
+        core = footprints.vertices[index]
+        grown = self.reach_m + footprints.radius[index]
+        return self.grid.window(core.min(axis=0) - grown, core.max(axis=0) + grown)
 
     def _refresh(
         self,
-        window: tuple[int, int, int, int],
+        window: Window,
         footprints: Footprints,
         *,
         rebuild: bool,

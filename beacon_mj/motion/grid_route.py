@@ -4,6 +4,8 @@ Ties together the clearance field, the incremental search and the points that do
 lie on cell centres: where the robot is, and where it must go.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from beacon_mj.geometry import Array, Footprints
@@ -14,6 +16,18 @@ from beacon_mj.motion.string_pulling import is_clear
 
 #: How far from the robot a free cell may be when it has strayed too near something.
 _ESCAPE_M = 0.4
+
+
+class Extra(NamedTuple):
+    """What entering cells costs besides their length.
+
+    Attributes:
+        cost: Of each cell, shape (n,), >= 0 [m/m].
+        changed: Cells whose cost may have changed since the last plan, shape (c,).
+    """
+
+    cost: Array
+    changed: Cells
 
 
 class GridRoute:
@@ -50,14 +64,14 @@ class GridRoute:
         return self.engine.expansions
 
     def plan(
-        self, position: Array, footprints: Footprints, extra: Array | None = None
+        self, position: Array, footprints: Footprints, extra: Extra | None = None
     ) -> Array | None:
         """Bring the search up to date and return a path to the goal.
 
         Args:
             position: Where the robot is, shape (2,) [m].
             footprints: All known footprints.
-            extra: Cost of entering each cell besides its length, shape (n,), >= 0.
+            extra: Costs of cells besides their length; none by default.
 
         Returns:
             Polyline from the robot to the goal over cell centres, shape (m, 2) [m],
@@ -74,13 +88,14 @@ class GridRoute:
         reachable = np.isfinite(engine.compute())
         return self._polyline(position, footprints) if reachable else None
 
-    def _charge(self, changed: Cells, extra: Array | None) -> None:
+    def _charge(self, changed: Cells, extra: Extra | None) -> None:
         """Hand the costs that differ to the search."""
-        if extra is None:
-            cost = np.where(self.field.values[changed] < self.inflation_m, np.inf, 0.0)
-        else:
-            cost = np.where(self.field.values < self.inflation_m, np.inf, extra)
-            changed = np.arange(len(cost))
+        costs: Array | float = 0.0
+        if extra is not None:
+            # In the order of the grid: where keys are equal, it decides.
+            changed = np.unique(np.concatenate([changed, extra.changed]))
+            costs = extra.cost[changed]
+        cost = np.where(self.field.values[changed] < self.inflation_m, np.inf, costs)
         differs = cost != self.engine.cost[changed]
         if differs.any():
             self.engine.update_cells(changed[differs], cost[differs])

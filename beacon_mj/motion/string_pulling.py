@@ -10,9 +10,13 @@ Shapes: m path points, n footprints, k core vertices.
 import numpy as np
 
 from beacon_mj.geometry import Array, Footprints, segment_core, segment_lengths
-from beacon_mj.jit import kernel
+from beacon_mj.jit import inlined, kernel
+from beacon_mj.motion.buckets import SLACK_M, Buckets, boxes, bucketed
 from beacon_mj.motion.grid import Cells
+from beacon_mj.motion.sight import NOTHING, Solids, first_in_the_way, solids
 from beacon_mj.numerics import norms
+
+_CELL_M = 1.0  #: Edge of the cells that footprints are listed by.
 
 
 def shorten(
@@ -33,20 +37,19 @@ def shorten(
     Returns:
         Polyline, shape (p, 2), p >= 2 [m].
     """
-    centre, reach = circles(footprints)
+    near = bucketed(*boxes(footprints, clearance_m), _frame(path))
+    blocking = solids(footprints, clearance_m, touch_m=0.0)
     pulled = path
     for turn in range(passes):
         dense = pulled if turn == 0 else _densify(pulled, 0.04)
-        keep = _pull(
-            np.ascontiguousarray(dense[::-1]),
-            footprints.vertices,
-            footprints.radius,
-            centre,
-            reach,
-            clearance_m,
-        )
+        keep = _pull(np.ascontiguousarray(dense[::-1]), near, blocking)
         pulled = dense[::-1][keep]
     return pulled if passes % 2 == 0 else np.ascontiguousarray(pulled[::-1])
+
+
+def _frame(path: Array) -> tuple[Array, Array, float]:
+    """Return the plane of the buckets about a path, which chords never leave."""
+    return path.min(axis=0) - SLACK_M, path.max(axis=0) + SLACK_M, _CELL_M
 
 
 def is_clear(path: Array, footprints: Footprints, clearance_m: float) -> bool:
@@ -119,14 +122,7 @@ def _all_clear(
 
 
 @kernel
-def _pull(
-    path: Array,
-    vertices: Array,
-    radius: Array,
-    centre: Array,
-    reach: Array,
-    need: float,
-) -> Cells:
+def _pull(path: Array, near: Buckets, blocking: Solids) -> Cells:
     """Indices of the points to keep: from each, go to the farthest seen one.
 
     The farthest is bracketed by doubling and found by bisection: a string of convex
@@ -141,13 +137,13 @@ def _pull(
         high = m
         while low < m - 1:
             trial = min(at + 2 * step, m - 1)
-            if not _clear(path[at], path[trial], vertices, radius, centre, reach, need):
+            if not _sees(path, at, trial, near, blocking):
                 high = trial
                 break
             low, step = trial, 2 * step
         while high - low > 1 and high < m:
             trial = (low + high) // 2
-            if _clear(path[at], path[trial], vertices, radius, centre, reach, need):
+            if _sees(path, at, trial, near, blocking):
                 low = trial
             else:
                 high = trial
@@ -155,3 +151,10 @@ def _pull(
         keep[count] = at
         count += 1
     return keep[:count]
+
+
+@inlined
+def _sees(path: Array, a: int, b: int, near: Buckets, blocking: Solids) -> bool:
+    """Whether the chord between two points of a path keeps clear."""
+    ax, ay, bx, by = path[a, 0], path[a, 1], path[b, 0], path[b, 1]
+    return first_in_the_way(ax, ay, bx, by, near, blocking) == NOTHING

@@ -16,7 +16,7 @@ import msgspec
 import shapely
 from msgspec import UNSET, Meta, UnsetType
 
-from beacon_mj.constants import GRAVITY, InteractionClass
+from beacon_mj.constants import GRAVITY, MAX_OBSTACLES, InteractionClass
 from beacon_mj.geometry import Footprint, Footprints
 from beacon_mj.scene import shapes
 from beacon_mj.scene.learning import LearningCertificate, Sensing
@@ -160,7 +160,7 @@ class Scene(Record, frozen=True, kw_only=True):
     goal_m: tuple[Coordinate, Coordinate]
     robot: Robot
     surfaces: tuple[Surface, Surface, Surface]
-    obstacles: Annotated[tuple[Obstacle, ...], Meta(max_length=500)]
+    obstacles: Annotated[tuple[Obstacle, ...], Meta(max_length=MAX_OBSTACLES)]
     certificate: Certificate
     robot_model: Literal["diff-drive"] | UnsetType = UNSET
     sensing: Sensing | UnsetType = UNSET

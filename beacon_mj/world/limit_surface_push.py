@@ -79,6 +79,8 @@ class LimitSurfacePush:
             position, self._radius_m, norm(travel), room.cores, room.radius,
             self._movable, self._footprints, self._normals, self._points, self._gaps,
         )  # fmt: skip
+        if count == 0:
+            return travel, 0.0
         stands = self._stands(count)
         for _ in range(_TRIES):
             free = self._along(travel, stands)

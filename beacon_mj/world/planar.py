@@ -130,20 +130,25 @@ class PlanarWorld(BaseWorld):
 
     def _advance(self, command: Array, damages: list[Damage]) -> float:
         """Drive for one control period; return the work of the drives [J]."""
-        robot = self.scene.robot
-        period_s, fastest = robot.control_period_s, max(norm(command), self._speed)
-        if self._is_alone(fastest * period_s):
-            free = driven(self._velocity, command, robot, period_s)
-            self._position = self._position + free.travel_m
-            self._velocity, self._full = free.velocity_mps, free.full
-            self._bumper_n = np.zeros(2)
-            return free.work_j
         speed = norm(command)
         direction = command / speed if speed > 0.0 else command
-        works = [
-            self._substep(k, command, direction, damages) for k in range(self._substeps)
-        ]
+        works, k = [], 0
+        while k < self._substeps:
+            alone = min(self._substeps - k, self._steps_alone(command))
+            if alone > 0:
+                works.append(self._drive_alone(command, alone * self._timestep_s))
+            else:
+                works.append(self._substep(k, command, direction, damages))
+            k += max(alone, 1)
         return math.fsum(works)
+
+    def _drive_alone(self, command: Array, time_s: float) -> float:
+        """Drive where there is nothing to touch; return the work [J]."""
+        free = driven(self._velocity, command, self.scene.robot, time_s)
+        self._position = self._position + free.travel_m
+        self._velocity, self._full = free.velocity_mps, free.full
+        self._bumper_n = np.zeros(2)
+        return free.work_j
 
     def _substep(
         self, k: int, command: Array, direction: Array, damages: list[Damage]
@@ -164,10 +169,6 @@ class PlanarWorld(BaseWorld):
         return work + free.work_j
 
     @property
-    def _speed(self) -> float:
-        return norm(self._velocity)
-
-    @property
     def _effort(self) -> float:
         """Drive force over its limit, in [0, 1]."""
         pressed = norm(self._bumper_n) / self.scene.robot.force_max_n
@@ -184,21 +185,22 @@ class PlanarWorld(BaseWorld):
         largest = touches.read_into(self._pairs, robot + 2, self._timestep_s)
         self._weigh(largest, command, time_s, damages)
 
-    def _is_alone(self, reach_m: float) -> bool:
-        """Whether nothing is, or was, within reach of the disc."""
+    def _steps_alone(self, command: Array) -> int:
+        """Return for how many readings the disc can touch nothing, at least."""
         if self._pairs.count[0] or self._pushes.active:
-            return False
+            return 0
         x, y = self._position.tolist()
         west, south, east, north = self.scene.workspace_m
         gap = min(x - west, east - x, y - south, north - y)
         if len(self.footprints):
             gap = min(gap, float(self.footprints.distance(self._position).min()))
-        return bool(gap - self.scene.robot.radius_m > reach_m + _NEAR_M)
+        reach_m = gap - self.scene.robot.radius_m - _NEAR_M
+        fastest = max(norm(command), norm(self._velocity))
+        return int(reach_m / max(fastest * self._timestep_s, 1e-9))
 
     def _write(self) -> None:
         """Write the robot into the generalised positions, as MuJoCo has them."""
-        stiffness = self.scene.robot.bumper_stiffness_npm
-        self._room.set_robot(self._position, self._bumper_n / stiffness)
+        self._room.set_robot(self._position)
         if "data" in vars(self):
             self._copy_into(self.data)
 

@@ -17,7 +17,6 @@ from beacon_mj.scene import Scene, shapes
 from beacon_mj.scene_gen.mjcf import WALL_M
 
 ROBOT_QPOS = 4  #: Generalised positions of the robot, before those of the obstacles.
-_BUMPER_RANGE = slice(2, 4)
 
 
 class Room:
@@ -69,10 +68,9 @@ class Room:
         self.qpos[address : address + 2] += offset
         self.cores[i] += offset
 
-    def set_robot(self, position_m: Array, deflection_m: Array) -> None:
-        """Write the robot's centre, and how far its bumper gives, both (2,) [m]."""
+    def set_robot(self, position_m: Array) -> None:
+        """Write the robot's centre, shape (2,) [m]; its bumper is rigid."""
         self.qpos[:2] = position_m - np.array(self._scene.start_m)
-        self.qpos[_BUMPER_RANGE] = deflection_m
 
 
 def _pose(x: float, y: float, z: float, yaw: float) -> tuple[float, ...]:

@@ -61,7 +61,8 @@ def evaluate(
             mapping gives planners names.
         families: Names of scene families; those of suite `paper-v1` by default.
         suite: Suites, one or several, in place of `families`: `paper-v1`,
-            `learning-v1`, `hard-v1`, one that your own families name, or `all`.
+            `learning-v1`, `hard-v1`, `scale-v1`, one that your own families name, or
+            `all`.
         scenes_per_family: Default 100, or the whole rounds of latent worlds nearest to
             it; of `scene_dir` all.
         seed: Seed of scenes, perception and planners, >= 0.

@@ -5,7 +5,9 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 import msgspec
+from msgspec import UNSET
 
+from beacon_mj.episode.protocol import WorldKind
 from beacon_mj.errors import RunError
 from beacon_mj.eval.metrics.row import Row
 from beacon_mj.eval.runs.config import RunConfig, cut_rounds
@@ -194,6 +196,7 @@ def sweep(
     settings: Values = (),
     vary: VaryValues = (),
     protocol: str | None = None,
+    world: WorldKind | None = None,
     grid: Grid = "one-at-a-time",
     trials: int = 0,
     families: Sequence[str] = (),
@@ -222,6 +225,8 @@ def sweep(
             `full`: every combination.
         trials: Configurations that optuna tries beyond the grid.
         protocol: Preset of the protocol; `settings` change it. See `evaluate`.
+        world: World that configurations are selected in. Of `planar` the best eight and
+            the default are confirmed in MuJoCo, and the best of those is reported.
         families: Scene families; those of suite `paper-v1` by default.
         suite: Suites, in place of `families`; see `evaluate`.
         scenes_per_family: Scenes of each split; default 10, or the whole rounds nearest
@@ -257,6 +262,7 @@ def sweep(
         seed=seed,
         perception=perception,
         trials=trials,
+        world=UNSET if world is None else world,
     )
     path = None if out is None else Path(out)
     if resume and path is None:

@@ -241,6 +241,21 @@ def correlation_interval(
     return Interval(r, low, high)
 
 
+def rank_correlation_interval(
+    first: Sequence[float], second: Sequence[float], confidence: float = 0.95
+) -> Interval:
+    """Return Spearman's rank correlation of paired values, and Fisher's interval.
+
+    It is `correlation_interval` of their ranks, equal values sharing the mean of
+    theirs; Spearman, "The proof and measurement of association between two things",
+    1904.
+    """
+    from scipy.stats import rankdata
+
+    ranks = [[float(r) for r in rankdata(values)] for values in (first, second)]
+    return correlation_interval(ranks[0], ranks[1], confidence)
+
+
 def _constant(values: Array) -> bool:
     return bool(np.ptp(values) <= 1e-9 * max(1.0, float(np.abs(values).max())))
 

@@ -13,7 +13,9 @@ from collections.abc import Sequence
 from typing import Any
 
 import msgspec
+from msgspec import UNSET, UnsetType
 
+from beacon_mj.episode.protocol import Protocol, WorldKind
 from beacon_mj.errors import RunError
 from beacon_mj.eval.metrics.row import Row
 from beacon_mj.eval.runs.config import (
@@ -21,11 +23,15 @@ from beacon_mj.eval.runs.config import (
     RunConfig,
     SceneRef,
 )
-from beacon_mj.eval.runs.experiment import experiment, single_planner
+from beacon_mj.eval.runs.experiment import Single, experiment, single_planner
 from beacon_mj.eval.runs.lineup import planner_entries
 from beacon_mj.eval.runs.variants import PROTOCOL, axes, variant, variant_name
 from beacon_mj.eval.statistics.clusters import clusters_of
-from beacon_mj.eval.statistics.intervals import Interval, mean_interval
+from beacon_mj.eval.statistics.intervals import (
+    Interval,
+    mean_interval,
+    rank_correlation_interval,
+)
 from beacon_mj.eval.statistics.summary import rate
 from beacon_mj.eval.studies.parameter_grid import (
     Changes,
@@ -38,6 +44,7 @@ from beacon_mj.scene import Profile
 
 SCENES = 10  #: Scenes per family of each split, unless the user says otherwise.
 FIRST_SEED = 1000  #: Seeds of selection splits begin here.
+FINALISTS = 8  #: Configurations that are confirmed in MuJoCo.
 AGAINST = ("bug1", "bug2", "dstar-lite")  #: Who else is in Table III.
 
 Span = tuple[float, float | None, float | None]
@@ -61,6 +68,8 @@ class SweepRequest(msgspec.Struct, frozen=True, kw_only=True):
             the lines of Table I that the planner has.
         against: Planners beside it in the report, at their defaults.
         trials: Configurations that optuna tries beyond the grid.
+        world: World in which configurations are selected; of a `planar` one the best
+            few are then confirmed in MuJoCo. The report is always MuJoCo's.
     """
 
     planner: str
@@ -75,6 +84,7 @@ class SweepRequest(msgspec.Struct, frozen=True, kw_only=True):
     vary: tuple[str, ...] = ()
     against: tuple[str, ...] = AGAINST
     trials: int = 0
+    world: WorldKind | UnsetType = UNSET
 
     def __post_init__(self) -> None:
         """Keep the splits apart; raises RunError."""
@@ -107,9 +117,15 @@ class Score(msgspec.Struct, frozen=True, kw_only=True):
         return self.success["count"], -self.energy_j[0]
 
 
+def planner_in(request: SweepRequest, world: WorldKind | UnsetType = UNSET) -> Single:
+    """Return the swept planner and the protocol, in a world."""
+    own = () if isinstance(world, UnsetType) else (f"{PROTOCOL}.world={world}",)
+    return single_planner(request.planner, (*request.settings, *own))
+
+
 def base_entry(request: SweepRequest) -> PlannerEntry:
     """Return the swept planner. Raises BeaconError if an option is no good."""
-    return single_planner(request.planner, request.settings).entry
+    return planner_in(request).entry
 
 
 def swept_lines(request: SweepRequest) -> tuple[Swept, ...]:
@@ -120,7 +136,7 @@ def swept_lines(request: SweepRequest) -> tuple[Swept, ...]:
     """
     if not request.vary:
         return swept(request.planner)
-    base, protocol, _ = single_planner(request.planner, request.settings)
+    base, protocol, _ = planner_in(request)
     return tuple(
         varied_line(base, protocol, target, field, values)
         for (target, field), values in axes(request.vary, [PROTOCOL, base.name]).items()
@@ -128,30 +144,35 @@ def swept_lines(request: SweepRequest) -> tuple[Swept, ...]:
 
 
 def select_config(
-    request: SweepRequest, settings: Sequence[Changes]
+    request: SweepRequest,
+    settings: Sequence[Changes],
+    world: WorldKind | UnsetType = UNSET,
 ) -> tuple[RunConfig, list[SceneRef]]:
-    """Return the run of some configurations on the selection split."""
-    base, protocol, _ = single_planner(request.planner, request.settings)
+    """Return the run of some configurations on the selection split, in a world."""
+    base, protocol, _ = planner_in(request, world)
     entries = tuple(variant(base, values, protocol) for values in settings)
-    return _config(request, entries, request.select_seed)
+    return _config(request, entries, request.select_seed, protocol)
 
 
 def report_config(
     request: SweepRequest, best: Changes
 ) -> tuple[RunConfig, list[SceneRef]]:
     """Return the run of default, best, and the others on the report split."""
-    base, protocol, _ = single_planner(request.planner, request.settings)
+    base, protocol, _ = planner_in(request)
     own = {e.name: e for s in ({}, best) for e in [variant(base, s, protocol)]}
     others = [e for e in planner_entries(request.against, ())[0] if e.name not in own]
-    return _config(request, (*others, *own.values()), request.seed)
+    return _config(request, (*others, *own.values()), request.seed, protocol)
 
 
 def _config(
-    request: SweepRequest, entries: tuple[PlannerEntry, ...], seed: int
+    request: SweepRequest,
+    entries: tuple[PlannerEntry, ...],
+    seed: int,
+    protocol: Protocol,
 ) -> tuple[RunConfig, list[SceneRef]]:
     return experiment(
         entries,
-        single_planner(request.planner, request.settings).protocol,
+        protocol,
         families=request.families,
         scenes_per_family=request.scenes_per_family,
         seed=seed,
@@ -198,6 +219,34 @@ def scores(
 def best(found: Sequence[Score]) -> Score:
     """Return the score that the criterion selects; of equal ones the first."""
     return max(found, key=lambda each: each.merit)
+
+
+def finalists(found: Sequence[Score]) -> list[dict[str, str]]:
+    """Return the best few configurations, and the default, which came first."""
+    ranked = sorted(found, key=lambda each: each.merit, reverse=True)
+    kept = ranked[:FINALISTS]
+    return [s.settings for s in (kept if found[0] in kept else [found[0], *kept])]
+
+
+def order_agreement(first: Sequence[Score], second: Sequence[Score]) -> Span:
+    """Return the rank correlation of two worlds over the configurations of both.
+
+    Spearman's, of the criterion; see `rank_correlation_interval`.
+    """
+    merits = {variant_name("", s.settings): s.merit for s in first}
+    pairs = [
+        (merits[name], s.merit)
+        for s in second
+        if (name := variant_name("", s.settings)) in merits
+    ]
+    ours, theirs = (places([pair[side] for pair in pairs]) for side in (0, 1))
+    return span(rank_correlation_interval(ours, theirs))
+
+
+def places(merits: Sequence[tuple[int, float]]) -> list[float]:
+    """Return the place of each merit in ascending order; equal ones share one."""
+    order = sorted(set(merits))
+    return [float(order.index(merit)) for merit in merits]
 
 
 def best_alone(found: Sequence[Score], line: Swept) -> str:

@@ -5,7 +5,9 @@ from pathlib import Path
 from typing import Any
 
 import msgspec
+from msgspec import UNSET, UnsetType
 
+from beacon_mj.episode.protocol import WorldKind
 from beacon_mj.errors import RunError
 from beacon_mj.eval.metrics.row import Row
 from beacon_mj.eval.runs.config import cut_rounds
@@ -69,6 +71,9 @@ class Result(msgspec.Struct, frozen=True, kw_only=True):
         name: The selected configuration's name in the report.
         report: The tables of the report split; see `summarize`.
         gain: Selected less default; None if they are the same.
+        confirmed: The finalists on the selection split in MuJoCo, where the scores are
+            of another world.
+        agreement: Rank correlation of both worlds over the finalists, and its interval.
     """
 
     request: SweepRequest
@@ -78,6 +83,8 @@ class Result(msgspec.Struct, frozen=True, kw_only=True):
     name: str
     report: dict[str, Any]
     gain: Gain | None
+    confirmed: tuple[Score, ...] | UnsetType = UNSET
+    agreement: Span | UnsetType = UNSET
 
 
 def run_sweep(
@@ -115,7 +122,12 @@ def run_sweep(
             found += _select(request, out / "combined", [both], workers, stage)
     if request.trials:
         found += _search(request, out, found, workers, stage)
-    best = stages.best(found).settings
+    final, confirmed = found, list[Score]()
+    if request.world == "planar":
+        path = out / "confirm"
+        names = stages.finalists(found)
+        final = confirmed = _select(request, path, names, workers, stage, UNSET)
+    best = stages.best(final).settings
     rows = _report(request, out / "report", best, workers, stage)
     name = variant_name(base.name, best)
     result = Result(
@@ -135,6 +147,8 @@ def run_sweep(
         name=name,
         report=summarize(rows),
         gain=_gain(rows, base.name, name),
+        confirmed=tuple(confirmed) or UNSET,
+        agreement=stages.order_agreement(found, confirmed) if confirmed else UNSET,
     )
     _write(out / RESULT, result)
     return result
@@ -166,9 +180,11 @@ def _select(
     settings: Sequence[Changes],
     workers: int,
     stage: Progress,
+    world: WorldKind | UnsetType | None = None,
 ) -> list[Score]:
-    """Run configurations on the selection split and return their scores."""
-    config, refs = stages.select_config(request, settings)
+    """Run configurations on the selection split, in the request's world if None."""
+    where = request.world if world is None else world
+    config, refs = stages.select_config(request, settings, where)
     planner = stages.base_entry(request).name
 
     def scored(rows: Sequence[Row]) -> list[Score]:

@@ -1,14 +1,16 @@
 """A sweep as tables: Table I, the selection split, Table III."""
 
+import math
 from collections.abc import Sequence
 from pathlib import Path
 
+from msgspec import UnsetType
 from rich.table import Table
 
 from beacon_mj.eval.runs.variants import variant_name
 from beacon_mj.eval.statistics.oracles import NOTE, marked, oracles_of
 from beacon_mj.eval.statistics.summary import OVERALL
-from beacon_mj.eval.studies.sweep import Score
+from beacon_mj.eval.studies.sweep import Score, Span
 from beacon_mj.eval.studies.sweep_run import Gain, Line, Result
 from beacon_mj.rendering.tables import Tabular, add_line, plain_table
 
@@ -39,6 +41,7 @@ class Sweep(Tabular):
         return [
             _table_i(found.table_i), "",
             _selection(found), "",
+            *_confirmed(found),
             _table_iii(found),
             _gained(found.gain),
             LEGEND,
@@ -68,14 +71,44 @@ def _selection(result: Result) -> Table:
         result.request,
         sorted(result.scores, key=lambda score: score.merit, reverse=True),
     )
-    title = f"selection, seed {request.select_seed}, {len(ranked)} configurations"
+    where = "planar, " if request.world == "planar" else ""
+    seed, number = request.select_seed, len(ranked)
+    title = f"selection, {where}seed {seed}, {number} configurations"
     table = _table(title, "changes", "solved", "% [95 % CI]", "energy J", "steps")
     for score in ranked[:SHOWN]:
-        name = variant_name("", score.settings)[1:-1] or "default"
-        add_line(
-            table, name, *_success(score.success), _energy(score), f"{score.steps:.0f}"
-        )
+        _add_score(table, score)
     return table
+
+
+def _confirmed(result: Result) -> list[Table | str]:
+    """Return the finalists in MuJoCo, where they were selected in another world."""
+    if isinstance(result.confirmed, UnsetType):
+        return []
+    title = f"confirmed in MuJoCo, seed {result.request.select_seed}"
+    table = _table(title, "changes", "solved", "% [95 % CI]", "energy J", "steps")
+    for score in sorted(result.confirmed, key=lambda s: s.merit, reverse=True):
+        _add_score(table, score)
+    agreement = (
+        ""
+        if isinstance(result.agreement, UnsetType)
+        else _correlation(result.agreement)
+    )
+    return [table, agreement, ""]
+
+
+def _correlation(found: Span) -> str:
+    """Return the rank correlation of two worlds in words."""
+    value, low, high = found
+    if math.isnan(value):
+        return "rank correlation of both worlds: none, all are equal in one of them"
+    ends = "" if low is None else f" [{low:+.2f},{high:+.2f}]"
+    return f"rank correlation of both worlds over these: {value:+.2f}{ends}"
+
+
+def _add_score(table: Table, score: Score) -> None:
+    name = variant_name("", score.settings)[1:-1] or "default"
+    steps = f"{score.steps:.0f}"
+    add_line(table, name, *_success(score.success), _energy(score), steps)
 
 
 def _table_iii(result: Result) -> Table:

@@ -23,6 +23,11 @@ gymnasium = pytest.importorskip("gymnasium", reason="no Gymnasium here")
 from beacon_mj.gym import ENV_IDS, NavigationEnv  # noqa: E402
 
 SHORT = Protocol(max_steps=40)
+#: Making a room of 2,000 obstacles takes long.
+FAMILIES = [
+    pytest.param(name, marks=[pytest.mark.slow] if name in RELEASED["scale-v1"] else [])
+    for name in ENV_IDS
+]
 COUNT = 8  #: Scenes that are run alone and in vectors.
 ID = "beacon_mj.gym:beacon_mj/cluttered-v1"
 
@@ -57,7 +62,7 @@ def test_every_released_family_has_an_id() -> None:
         assert gymnasium.spec(name).kwargs == {"family": family}
 
 
-@pytest.mark.parametrize("family", ENV_IDS)
+@pytest.mark.parametrize("family", FAMILIES)
 def test_gymnasium_has_no_complaint(family: str) -> None:
     from gymnasium.utils.env_checker import check_env
 
@@ -65,7 +70,7 @@ def test_gymnasium_has_no_complaint(family: str) -> None:
     check_env(env.unwrapped, skip_render_check=True)
 
 
-@pytest.mark.parametrize("family", ENV_IDS)
+@pytest.mark.parametrize("family", FAMILIES)
 def test_stable_baselines_has_no_complaint(family: str) -> None:
     checker = pytest.importorskip(
         "stable_baselines3.common.env_checker", reason="no Stable-Baselines3 here"

@@ -67,7 +67,8 @@ def test_field_is_exact_after_additions_and_moves(
 ) -> None:
     field = ClearanceField(Grid.cover(ROOM, 0.1), 0.25)
     moved = [first[0].shifted(np.array([shift, 0.1])), *first[1:], *second]
-    for known in (first, first + second, moved, second):
+    far = [first[0].shifted(np.array([-1000.0, -1000.0])), *first[1:], *second]
+    for known in (first, first + second, moved, far, moved, second):
         footprints = Footprints.stack(known)
         before = field.values.copy()
         changed = field.update(footprints)

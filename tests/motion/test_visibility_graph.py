@@ -11,7 +11,11 @@ from hypothesis import strategies as st
 from scipy.sparse.csgraph import dijkstra
 
 from beacon_mj.geometry import Array, Footprint, Footprints, polyline_length
-from beacon_mj.motion.visibility_graph import free_at, shortest_path
+from beacon_mj.motion.visibility_graph import (
+    VisibilityGraph,
+    free_at,
+    shortest_path,
+)
 
 BOUNDS = (0.0, 0.0, 6.0, 6.0)
 START, GOAL = np.array([0.5, 3.0]), np.array([5.5, 3.0])
@@ -127,6 +131,21 @@ def test_length_is_brute_forces(obstacles: list[Footprint], clearance: float) ->
     assert polyline_length(path) <= 1.01 * EXCESS * max(shortest, tighter)
     clear = [stacked.segment_distance(a, b).min() for a, b in itertools.pairwise(path)]
     assert min(clear) >= clearance - 1e-8
+
+
+@settings(max_examples=25)
+@given(rooms(), st.sampled_from([0.05, 0.12, 0.3]))
+def test_a_graph_without_one_footprint_is_that_of_the_others(
+    obstacles: list[Footprint], clearance: float
+) -> None:
+    stacked, some = Footprints.stack(obstacles), np.arange(len(obstacles)) % 2 == 0
+    graph = VisibilityGraph(START, GOAL, stacked, clearance, BOUNDS, some)
+    expected = solve(obstacles, clearance)
+    np.testing.assert_array_equal(graph.shortest_path(), expected)
+    for k in np.flatnonzero(some).tolist():
+        others = [o for i, o in enumerate(obstacles) if i != k]
+        found = graph.shortest_path(without=k)
+        np.testing.assert_array_equal(found, solve(others, clearance))
 
 
 @given(st.tuples(st.floats(0.0, 6.0), st.floats(0.0, 6.0)), rooms())

@@ -12,6 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import beacon_mj
 from beacon_mj import cli
 from beacon_mj.episode.protocol import Protocol
 from beacon_mj.errors import BeaconError, RunError
@@ -27,6 +28,7 @@ from beacon_mj.eval.studies.sweep import (
     best,
     best_alone,
     combination,
+    order_agreement,
     report_config,
     select_config,
     swept_lines,
@@ -264,3 +266,51 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
     assert "Use --resume" in capsys.readouterr().err
     assert cli.run([*arguments, "--resume", "--json"]) == 0
     assert msgspec.json.decode(capsys.readouterr().out, type=Result).selected == {}
+
+
+def test_a_planar_sweep_screens_in_the_plane_and_confirms_in_mujoco(
+    tmp_path: Path,
+) -> None:
+    found = beacon_mj.sweep(
+        "beacon",
+        vary={"beacon.push_bias": [0.2, 0.35], "beacon.robot_radius_m": [0.12, 0.45]},
+        grid="full",
+        world="planar",
+        families=["collision-required"],
+        scenes_per_family=2,
+        workers=1,
+        out=tmp_path / "sweep",
+    )
+    worlds = {
+        stage: load_config(tmp_path / "sweep" / stage).protocol.is_planar
+        for stage in ("select", "confirm", "report")
+    }
+    assert worlds == {"select": True, "confirm": False, "report": False}
+    confirmed = found.result.confirmed
+    assert not isinstance(confirmed, msgspec.UnsetType)
+    assert len(confirmed) == len(found.result.scores) == 6
+    best = max(confirmed, key=lambda score: score.merit)
+    assert found.result.selected == best.settings
+    assert "rank correlation of both worlds" in str(found)
+
+
+def test_the_order_of_two_worlds_is_compared_by_rank() -> None:
+    def scored(*successes: int) -> list[Score]:
+        return [
+            Score(
+                settings={"x": str(k)},
+                success={"count": count},
+                energy_j=(1.0, None, None),
+                steps=1.0,
+            )
+            for k, count in enumerate(successes)
+        ]
+
+    up, down = scored(1, 2, 3, 4, 5), scored(5, 4, 3, 2, 1)
+    assert order_agreement(up, up)[0] == pytest.approx(1.0)
+    assert order_agreement(up, down)[0] == pytest.approx(-1.0)
+    value, low, high = order_agreement(up, scored(1, 2, 3, 5, 4))
+    assert value == pytest.approx(0.9)
+    assert low is not None
+    assert high is not None
+    assert low < 0.9 < high
