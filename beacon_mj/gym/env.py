@@ -114,7 +114,8 @@ class NavigationEnv(gymnasium.Env[dict[str, Values], Values]):
         """
         if self.render_mode is None:
             return None
-        from beacon_mj.rendering.gl import Canvas, camera_over
+        from beacon_mj.rendering.camera import camera_over
+        from beacon_mj.rendering.gl import Canvas
 
         world = self._episode.world
         # What makes it look well is no part of the physics: it is set in a copy.
