@@ -3,12 +3,14 @@
 Usage: python .ci/reference.py
 """
 
+import dataclasses
 import importlib
 import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import get_type_hints
 
+from reference_exec import exec_schema
 from reference_python import entry, fields, meanings, table
 
 import beacon_mj
@@ -16,13 +18,19 @@ from beacon_mj.cli.app import app
 from beacon_mj.constants import WALL_CLOCK_COLUMNS
 from beacon_mj.eval.api.planners import describe_planner, field_comments, settable
 from beacon_mj.eval.metrics.row import Row
+from beacon_mj.eval.runs import isolation
 from beacon_mj.eval.runs.overrides import flat
 from beacon_mj.eval.runs.text_values import describe
 from beacon_mj.planners.registry import OURS, PAPER, REFERENCE
 from beacon_mj.recording.schemas import BEACON, TOPICS
+from beacon_mj.rl.observer import Observer
+from beacon_mj.rl.options import Options
+from beacon_mj.rl.rewards import TERMS
 
 FOLDER = Path(__file__).parent.parent / "docs" / "reference"
 API = FOLDER.parent / "planner-api.md"
+GYM = FOLDER.parent / "gym.md"
+SCHEMA = "exec-v1.schema.json"  #: Stands in the documentation, and in the package.
 #: What a planner meets: its tables stand in that page.
 INTERFACE = {
     "beacon_mj.interface": (
@@ -45,6 +53,7 @@ ROOMS = {
     "beacon_mj.eval": "Evaluation",
     "beacon_mj.planners": "Planners",
     "beacon_mj.episode": "Episodes",
+    "beacon_mj.rl": "Learners",
     "beacon_mj.scene": "Scenes",
     "beacon_mj.world": "World",
     "beacon_mj.recording": "Logs",
@@ -150,14 +159,58 @@ def interface(text: str) -> str:
     for module, names in INTERFACE.items():
         for name in names:
             cls = getattr(importlib.import_module(module), name)
-            pattern = rf"(<!-- {name}: .ci/reference.py -->\n).*?(?=<!-- end -->)"
-            made = f"\n{fields(cls).rstrip()}\n\n"
-            text, found = re.subn(
-                pattern, lambda m, made=made: m[1] + made, text, flags=re.S
-            )
-            if found != 1:
-                raise SystemExit(f"{API}: expected one place for {name}: {found}")
+            text = filled(text, name, fields(cls))
     return text
+
+
+def filled(text: str, name: str, made: str) -> str:
+    """Return a page with what stands in one of its places made anew."""
+    pattern = rf"(<!-- {name}: .ci/reference.py -->\n).*?(?=<!-- end -->)"
+    text, found = re.subn(
+        pattern, lambda m: f"{m[1]}\n{made.rstrip()}\n\n", text, flags=re.S
+    )
+    if found != 1:
+        raise SystemExit(f"Expected one place for {name} in a page: {found}")
+    return text
+
+
+def environments(text: str) -> str:
+    """Return the page of the environments with its tables made anew."""
+    notes = meanings(Options)
+    options = (
+        (f"`{f.name}`", option(f), notes[f.name])
+        for f in dataclasses.fields(Options)
+        if f.name != "family"
+    )
+    rewards = ((f"`{n}`", f"{t.weight:g}", t.meaning) for n, t in TERMS.items())
+    text = filled(text, "options", table(("option", "default", "what it is"), options))
+    head = ("term", "weight", "what it weighs")
+    return filled(
+        filled(text, "rewards", table(head, rewards)), "observation", observation()
+    )
+
+
+def option(field: "dataclasses.Field[object]") -> str:
+    """Return the default of an option."""
+    if field.default is dataclasses.MISSING:
+        return "none changed"
+    return "none" if field.default is None else f"`{field.default}`"
+
+
+def observation() -> str:
+    """Return the columns of every part of an observation."""
+    shapes = {"scan": "(beams,), with a lidar"}
+    rows = (
+        (
+            f"`{part.name}` {shapes.get(part.name, part.shape)}",
+            f"`{c.name}`",
+            f"{c.low:g} to {c.high:g}",
+            c[3],
+        )
+        for part in Observer(beams=1).parts
+        for c in part.columns
+    )
+    return table(("part and shape", "column", "bounds", "what it is"), rows)
 
 
 PAGES: dict[str, Callable[[], str]] = {
@@ -174,7 +227,16 @@ def pages() -> dict[Path, str]:
     made = {
         FOLDER / name: MADE + write().rstrip() + "\n" for name, write in PAGES.items()
     }
-    return made | {API: interface(API.read_text())}
+    places = (FOLDER, Path(str(isolation.__file__)).parent)
+    schema = dict.fromkeys((place / SCHEMA for place in places), exec_schema())
+    return (
+        made
+        | schema
+        | {
+            API: interface(API.read_text()),
+            GYM: environments(GYM.read_text()),
+        }
+    )
 
 
 if __name__ == "__main__":

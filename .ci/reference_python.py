@@ -1,7 +1,9 @@
 """Signatures and docstrings as Markdown."""
 
 import ast
+import html
 import inspect
+import re
 import textwrap
 from collections.abc import Callable, Iterable, Iterator, Sequence
 
@@ -12,8 +14,15 @@ from docstring_parser.common import DocstringStyle
 def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     """Return a Markdown table; bars in its cells are escaped."""
     lines = [head, ["---"] * len(head), *rows]
-    cells = [[flowing(cell).replace("|", r"\|") for cell in row] for row in lines]
+    cells = [[barless(flowing(cell)) for cell in row] for row in lines]
     return "".join(f"| {' | '.join(row)} |\n" for row in cells) + "\n"
+
+
+def barless(cell: str) -> str:
+    """Return a cell without bars: within code, GitHub and the site differ on them."""
+    code = re.compile(r"`([^`]*\|[^`]*)`")
+    coded = code.sub(lambda found: f"<code>{html.escape(found[1])}</code>", cell)
+    return coded.replace("|", "&#124;")
 
 
 def entry(name: str, thing: object) -> str:
@@ -47,7 +56,9 @@ def declared(cls: type) -> Iterator[tuple[str, str, str]]:
         if isinstance(line, ast.AnnAssign) and isinstance(line.target, ast.Name):
             value = ast.unparse(line.value) if line.value else ""
             if value.startswith("field(default_factory="):
-                value = value.removeprefix("field(default_factory=")[:-1] + "()"
+                made = value.removeprefix("field(default_factory=")[:-1]
+                plain = made.removeprefix("lambda: ")
+                value = f"{made}()" if plain == made else plain
             yield line.target.id, ast.unparse(line.annotation), value
 
 

@@ -10,7 +10,6 @@ __version__ = "0.2.0.dev0"
 
 if TYPE_CHECKING:
     from beacon_mj.cli.views.progress import show_progress as show_progress
-    from beacon_mj.episode.conformance import check_planner as check_planner
     from beacon_mj.episode.mission import run_mission as run_mission
     from beacon_mj.episode.protocol import Protocol as Protocol
     from beacon_mj.episode.run import run_episode as run_episode
@@ -18,6 +17,7 @@ if TYPE_CHECKING:
     from beacon_mj.errors import BeaconError as BeaconError
     from beacon_mj.eval.api.bench import bench as bench
     from beacon_mj.eval.api.comparison import compare as compare
+    from beacon_mj.eval.api.conformance import check_planner as check_planner
     from beacon_mj.eval.api.evaluation import evaluate as evaluate
     from beacon_mj.eval.api.evaluation import merge as merge
     from beacon_mj.eval.api.families import list_families as list_families
@@ -70,6 +70,7 @@ if TYPE_CHECKING:
     from beacon_mj.rendering import render_video as render_video
     from beacon_mj.rendering import view_log as view_log
     from beacon_mj.rendering import view_scene as view_scene
+    from beacon_mj.rl.observer import Observer as Observer
     from beacon_mj.scene import Scene as Scene
     from beacon_mj.scene.checks import check_scene as check_scene
     from beacon_mj.scene.files import load_scene as load_scene
@@ -83,6 +84,7 @@ _HOME = {
     "ContactPlanner": "beacon_mj.planners.contact.loop",
     "Decision": "beacon_mj.planners.contact.decision",
     "Observation": "beacon_mj.interface",
+    "Observer": "beacon_mj.rl.observer",
     "Planner": "beacon_mj.planners.base",
     "PlannerInfo": "beacon_mj.interface",
     "PushLimits": "beacon_mj.planners.contact.limits",
@@ -99,7 +101,7 @@ _HOME = {
     "bench": "beacon_mj.eval.api.bench",
     "bundle": "beacon_mj.eval.api.verification",
     "certify": "beacon_mj.eval.api.studies",
-    "check_planner": "beacon_mj.episode.conformance",
+    "check_planner": "beacon_mj.eval.api.conformance",
     "check_robot": "beacon_mj.eval.api.robots",
     "check_scene": "beacon_mj.scene.checks",
     "compare": "beacon_mj.eval.api.comparison",

@@ -14,6 +14,7 @@ from types import ModuleType
 
 from beacon_mj.errors import PlannerError, describe, unknown
 from beacon_mj.planners.base import Planner
+from beacon_mj.planners.program import is_program, whole_program
 from beacon_mj.regular_files import read_regular
 
 GROUP = "beacon_mj.planners"  #: Entry-point group through which third parties join.
@@ -61,13 +62,17 @@ def is_shipped(spec: str) -> bool:
 
 
 def file_planner(spec: str) -> str | None:
-    """Return the class that `path/to/file.py:ClassName` names; None for a name."""
+    """Return the class that `path/to/file.py:ClassName` names; None for others."""
+    if is_program(spec):
+        return None
     path, _, member = spec.rpartition(":")
     return member if path.endswith(".py") else None
 
 
 def whole_spec(spec: str) -> str:
     """Return a spec that means the same planner in every folder."""
+    if is_program(spec):
+        return whole_program(spec)
     path, colon, member = spec.rpartition(":")
     return f"{Path(path).resolve()}{colon}{member}" if path.endswith(".py") else spec
 
@@ -82,6 +87,10 @@ def load_planner(spec: str) -> tuple[str, type[Planner]]:
     Raises:
         PlannerError: If there is no such planner, or it is no complete `Planner`.
     """
+    if is_program(spec):
+        raise PlannerError(
+            f"{spec}: expected a planner with a class but this is a program."
+        )
     path, _, member = spec.rpartition(":")
     if path.endswith(".py"):
         return member, _from_file(spec, Path(path), member)

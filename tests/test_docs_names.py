@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from beacon_mj.recording.schemas import BEACON
+from beacon_mj.scene_gen.suites import RELEASED
 from tests.repository import REPOSITORY
 
 PAGES = [*sorted((REPOSITORY / "docs").glob("*.md")), REPOSITORY / "README.md"]
@@ -18,9 +19,17 @@ FOLDERS = ("beacon_mj", "eval", "planners", "scene_gen", "mjcf_templates")
 #: Files that the reader writes, or that a run writes under a number.
 READERS = re.compile(r"(mine|file|layouts|lazy|nudge|study)\.py|scene_\d+\.(json|xml)")
 #: Words of Python, and of other programs.
-FOREIGN = {*dir(builtins), "exp", "use_sim_time", "SandyBridge", "SkylakeX"}
+FOREIGN = {*dir(builtins), "exp", "use_sim_time", "SandyBridge", "SkylakeX"} | {
+    "AsyncVectorEnv", "SyncVectorEnv", "check_env",
+}  # fmt: skip
 #: Names that are no modules: groups of entry points.
 GROUPS = {"beacon_mj.layouts"}
+#: Ids of environments, and how they are made.
+ENVIRONMENTS = {
+    f"beacon_mj/{family}-v{suite.rpartition('-v')[2]}"
+    for suite, families in RELEASED.items()
+    for family in families
+} | {"beacon_mj/FAMILY-vN"}
 
 NAME = r"[A-Za-z_]\w*"
 DOTTED = re.compile(rf"beacon_mj(\.{NAME})+(?=$|\()")
@@ -76,7 +85,7 @@ def definitions() -> tuple[frozenset[str], dict[str, frozenset[str]]]:
 def missing(name: str) -> str | None:
     """Return what is not there of a name, or None."""
     callables, members = definitions()
-    if name in GROUPS:
+    if name in GROUPS | ENVIRONMENTS:
         return None
     if dotted := DOTTED.match(name):
         if dotted.group().removeprefix("beacon_mj.") not in BEACON:

@@ -53,6 +53,10 @@ COMMANDS = {
     "view": ("beacon_mj.cli.scenes:view", "Look at a scene."),
     "families": ("beacon_mj.cli.scenes:families", "List the scene families."),
     "planners": ("beacon_mj.cli.planners:planners", "List the planners."),
+    "check-planner": (
+        "beacon_mj.cli.planners:check_planner",
+        "Check that a planner keeps the contract.",
+    ),
     "robots": ("beacon_mj.cli.robots:robots", "List the robots, or check your own."),
     "replay": (
         "beacon_mj.cli.replay:replay",

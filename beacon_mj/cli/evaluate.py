@@ -17,7 +17,8 @@ def evaluate(
             show_default=False,
             consume_multiple=True,
             help="A name (see `beacon-mj planners`), `all` for the five of the "
-            "paper, or path/to/file.py:Class; several, or repeated.",
+            "paper, path/to/file.py:Class, or exec:COMMAND for a program that speaks "
+            "JSON; several, or repeated.",
         ),
     ] = (),
     settings: options.SetOption = (),
@@ -80,7 +81,7 @@ def evaluate(
             negative="--no-isolate",
             show_default=False,
             help="Run every planner in a process of its own, or none; by default those "
-            "from files do.",
+            "from files do. Programs always do.",
         ),
     ] = None,
     json: options.Json = False,

@@ -141,8 +141,8 @@ Flag = Annotated[bool, Parameter(negative=(), show_default=False)]
 TrustCode = Annotated[
     Flag,
     Parameter(
-        help="Run the Python files that only the run folder or bundle names: planners "
-        "and layouts, which may be a stranger's."
+        help="Run the Python files and programs that only the run folder or bundle "
+        "names: planners and layouts, which may be a stranger's."
     ),
 ]
 Rerun = Annotated[

@@ -43,7 +43,7 @@ def verify(
         A log, a folder of logs, a run folder, or a bundle of one.
     """
     import beacon_mj
-    from beacon_mj.cli.views.console import complain, say
+    from beacon_mj.cli.views.console import complain, say_prose
     from beacon_mj.cli.views.log_progress import show_logs
     from beacon_mj.errors import RunError
 
@@ -70,18 +70,18 @@ def verify(
         )
     complain(found.level_problems)
     if found.ok or found.checks or path.is_dir():
-        say(str(found))
+        say_prose(str(found))
     return 0 if found.ok else FAILED
 
 
 def _published(fraction: float | None, workers: int | None) -> int:
     """Run episodes of the published tables again; return the exit status."""
     import beacon_mj
-    from beacon_mj.cli.views.console import complain, say
+    from beacon_mj.cli.views.console import complain, say_prose
 
     found = beacon_mj.verify_published(
         fraction=fraction, workers=workers, progress=beacon_mj.show_progress
     )
     complain(found.problems)
-    say(str(found))
+    say_prose(str(found))
     return 0 if found.ok else FAILED

@@ -1,4 +1,4 @@
-"""Does a planner keep the contract? A public check, run over everything registered."""
+"""Does a planner keep the contract? Driving it through a scene, twice."""
 
 from collections.abc import Callable
 from dataclasses import is_dataclass
@@ -28,18 +28,11 @@ USUAL, ON_ROUTES = "collision-required", "lookalike-doors"
 def check_planner(
     planner: type[Planner] | Planner, scene: Scene | None = None, steps: int = STEPS
 ) -> None:
-    """Check that a planner keeps its contract (see `Planner`).
-
-    It is built from its defaults, driven through a scene twice, and must be a
-    deterministic function of what it observes (unless it says that it is not
-    `bit_reproducible`), not write to what it is given, and return commands with a
-    finite velocity and sound reasons: it goes through the same door as in an
-    evaluation.
+    """Check that a planner keeps its contract; see `beacon_mj.check_planner`.
 
     Args:
         planner: A planner's class, or one that was built.
-        scene: Where to drive; if None, a scene of family `collision-required`, or of
-            `lookalike-doors` for a planner on the route graph.
+        scene: Where to drive; None for one that suits the planner.
         steps: Control steps to drive.
 
     Raises:

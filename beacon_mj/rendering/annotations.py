@@ -19,6 +19,7 @@ CROSS_RGBA = (1.0, 1.0, 1.0, 1.0)  #: Of the cross on what is broken.
 SCAN_RGBA = (0.95, 0.45, 0.0, 1.0)  #: Of what the lidar hit.
 ARROW_M_PER_N = 0.015  #: Length of a contact arrow per newton.
 ARROW_MIN_N = 1.0  #: Smallest contact force that is drawn [N].
+SCALE_OFFSET = 0.35  #: Distance of the scale bar from the room, over its length.
 
 _IDENTITY = np.eye(3).ravel()
 
@@ -80,7 +81,7 @@ class Marks:
         """Lay a bar of a known length on the floor, north of the arena."""
         west, _, _, north = self._trace.scene.workspace_m
         length = scale_m(self._trace.scene.workspace_m)
-        y = north + 0.35 * length
+        y = north + SCALE_OFFSET * length
         ends = np.array([[west, y], [west + length, y]])
         _polyline(scene, ends, 0.03 * length, LABEL_RGBA)
         place = np.array([west + 1.1 * length, y, 0.1 * length])

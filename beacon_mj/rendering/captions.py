@@ -31,16 +31,16 @@ def decision(record: StepRecord) -> str:
 def _lines(trace: Trace, step: int) -> list[str]:
     record = trace.steps[step - 1] if step else None
     time_s = 0.0 if record is None else record.outcome.time_s
-    title = f"{trace.scene.name}   {trace.planner}   t = {time_s:.1f} s"
+    title = f"{trace.scene.name}, {trace.planner}, t = {time_s:.1f} s"
     if step == len(trace.steps) and trace.outcome is not None:
-        title += f"   END: {trace.outcome}"
+        title += f", END: {trace.outcome}"
     if record is None:
         return [title]
     return [
         title,
         _decision(record),
-        "   ".join([*_costs(record), *_force(record)]),
-        "   ".join(recent_events(trace, step)),
+        ", ".join([*_costs(record), *_force(record)]),
+        "; ".join(recent_events(trace, step)),
     ]
 
 

@@ -11,12 +11,10 @@ from beacon_mj.episode.trace import StepRecord, Trace
 from beacon_mj.files import replacing
 from beacon_mj.geometry import Array
 from beacon_mj.recording.reader import Log, log_of
-from beacon_mj.recording.scans import SCAN_TOPIC
+from beacon_mj.rendering.camera import ASPECT
 from beacon_mj.rendering.captions import decision, events, summary
-from beacon_mj.rendering.gl import ASPECT
-from beacon_mj.rendering.legend import entries
 from beacon_mj.rendering.overlay import captions, legend
-from beacon_mj.rendering.playback import Playback
+from beacon_mj.rendering.playback import Playback, legend_of
 
 COLUMNS = 3
 GAP_PIXELS = 8
@@ -34,7 +32,7 @@ def render_strip(
     out: str | Path,
     *,
     frames: int = 6,
-    width: int = 600,
+    width: int = 480,
     height: int | None = None,
 ) -> Path:
     """Write a PNG of the moments of a log at which most changes, with a legend.
@@ -66,7 +64,7 @@ def render_strip(
 def _height(log: Log, width: int) -> int:
     """Return how high a picture must be to show the whole room, in pixels."""
     west, south, east, north = log.scene.workspace_m
-    ratio = 1.35 * (north - south) / (east - west)
+    ratio = 1.15 * (north - south) / (east - west)
     return round(width / ASPECT * min(1.0, max(0.4, ratio)))
 
 
@@ -76,8 +74,7 @@ def _sheet(pictures: list[Any], texts: list[Any], title: str, log: Log) -> Any:
     width, height = (side + GAP_PIXELS for side in pictures[0].size)
     height += texts[0].height
     (head,) = captions([title], columns * width)
-    lidar = bool(log.messages[SCAN_TOPIC])
-    foot = legend(entries(log.scene, lidar=lidar), columns * width)
+    foot = legend(legend_of(log), columns * width)
     rows = -(-len(pictures) // columns)
     whole = head.height + rows * height + GAP_PIXELS + foot.height
     sheet = Pillow.new("RGB", (columns * width, whole), "white")

@@ -20,7 +20,6 @@ BACKENDS = ("egl", "osmesa")  #: Headless backends, in the order they are tried.
 PACKAGES = {"egl": "libegl1 libgl1-mesa-dri", "osmesa": "libosmesa6", "glfw": "libgl1"}
 SHADOW_PIXELS = 1024  #: Side of the shadow map; software rendering pays for more.
 MAX_GEOMS = 4000
-ASPECT = 15 / 13  #: Of a picture that a square workspace fills.
 
 _PROBE = "import mujoco; c = mujoco.GLContext(8, 8); c.make_current()"
 
@@ -155,22 +154,3 @@ def _set_look(model: mujoco.MjModel) -> None:
     model.vis.map.znear = 0.3
     model.vis.map.shadowclip = 1.5
     model.geom_size[model.geom("floor").id, :2] = 0.0  # Drawn without an end.
-
-
-def camera_over(
-    workspace_m: tuple[float, float, float, float], aspect: float = ASPECT
-) -> mujoco.MjvCamera:
-    """Return a camera that sees the whole workspace from the south, above.
-
-    Args:
-        workspace_m: West, south, east and north end.
-        aspect: Width of the picture over its height.
-    """
-    west, south, east, north = workspace_m
-    extent = max((east - west) * ASPECT / aspect, 1.1 * (north - south))
-    camera = mujoco.MjvCamera()
-    camera.type = mujoco.mjtCamera.mjCAMERA_FREE
-    camera.lookat[:] = 0.5 * (west + east), 0.48 * south + 0.52 * north - 0.35, 0.0
-    camera.distance = 1.19 * extent
-    camera.azimuth, camera.elevation = 90.0, -66.0
-    return camera

@@ -26,6 +26,7 @@ from beacon_mj.recording.rebuild import rebuild_trace
 from beacon_mj.rendering.annotations import (
     ARROW_M_PER_N,
     ARROW_MIN_N,
+    SCALE_OFFSET,
     cross,
     cross_reach,
     scale_m,
@@ -210,7 +211,7 @@ class _Page:
         """Lay a bar of a known length on the floor."""
         west, south, *_ = self._log.scene.workspace_m
         length = scale_m(self._log.scene.workspace_m)
-        y = south - 0.35 * length
+        y = south - SCALE_OFFSET * length
         bar = _lifted(np.array([[west, y], [west + length, y]]))[None]
         self._scene.add_line_segments("/scale/bar", bar, WAY_RGB, thickness=0.06)
         place = (west + 1.1 * length, y, LIFT_M)

@@ -1,36 +1,26 @@
 """Text and legends around pictures, drawn with Pillow."""
 
+import functools
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-import numpy as np
 from PIL import Image as Pillow
 from PIL import ImageDraw, ImageFont
 
 from beacon_mj.recording.drawing import BROKEN_RGBA
 from beacon_mj.rendering.annotations import CROSS_RGBA
-from beacon_mj.rendering.gl import Image
 from beacon_mj.rendering.legend import Entry, hexadecimal
 
 INK = (20, 24, 34)
-LINES, LINE_PIXELS = 4, 24
-BAND_PIXELS = (LINES + 1) * LINE_PIXELS  #: Height of the text below a picture.
 TEXT_PIXELS = 16  #: Size of captions and legends.
+EDGE = 8  #: Space left and right of text [pixels].
 _PITCH = 1.35  #: Distance of lines, in sizes of the text.
-_EDGE = 8  #: Space left and right of text [pixels].
 
 
-def annotate(picture: Image, lines: list[str]) -> Image:
-    """Return a picture with a band of text below it, `BAND_PIXELS` high."""
-    height, width = picture.shape[:2]
-    out = Pillow.new("RGB", (width, height + BAND_PIXELS), "white")
-    out.paste(Pillow.fromarray(picture), (0, 0))
-    draw = ImageDraw.Draw(out)
-    font = ImageFont.load_default(0.72 * LINE_PIXELS)
-    for k, line in enumerate(lines[:LINES]):
-        place = LINE_PIXELS // 2, height + (k + 0.4) * LINE_PIXELS
-        draw.text(place, line, font=font, fill=INK)
-    return np.asarray(out)
+@functools.cache
+def _font(size: float) -> Any:
+    """Return the font of all text; reading it takes a millisecond."""
+    return ImageFont.load_default(size)
 
 
 def wrapped(text: str, width: float, size: float = TEXT_PIXELS) -> list[str]:
@@ -38,7 +28,7 @@ def wrapped(text: str, width: float, size: float = TEXT_PIXELS) -> list[str]:
 
     It is broken between words, and within a word that is wider than a line.
     """
-    font = ImageFont.load_default(size)
+    font = _font(size)
     lines, line = [], ""
     for piece in _pieces(text, width, font):
         joined = f"{line} {piece}" if line else piece
@@ -62,29 +52,31 @@ def _pieces(text: str, width: float, font: Any) -> Iterator[str]:
 
 def captions(texts: Sequence[str], width: int) -> list[Any]:
     """Return captions as Pillow images of one size, as high as the longest needs."""
-    wraps = [wrapped(text, width - 2 * _EDGE) for text in texts]
+    wraps = [wrapped(text, width - 2 * EDGE) for text in texts]
+    rows = max(map(len, wraps))
+    return [text_band(lines, width, rows) for lines in wraps]
+
+
+def text_band(lines: Sequence[str], width: int, rows: int) -> Any:
+    """Return lines of text as a Pillow image with room for `rows` of them."""
     pitch = round(_PITCH * TEXT_PIXELS)
-    height = pitch * max(map(len, wraps)) + TEXT_PIXELS // 2
-    font = ImageFont.load_default(TEXT_PIXELS)
-    out = []
-    for lines in wraps:
-        band = Pillow.new("RGB", (width, height), "white")
-        draw = ImageDraw.Draw(band)
-        for k, line in enumerate(lines):
-            draw.text((_EDGE, 4 + k * pitch), line, font=font, fill=INK)
-        out.append(band)
-    return out
+    font = _font(TEXT_PIXELS)
+    band = Pillow.new("RGB", (width, pitch * rows + TEXT_PIXELS // 2), "white")
+    draw = ImageDraw.Draw(band)
+    for k, line in enumerate(lines):
+        draw.text((EDGE, 4 + k * pitch), line, font=font, fill=INK)
+    return band
 
 
 def legend(entries: Sequence[Entry], width: int) -> Any:
     """Return a legend as a Pillow image, as high as it needs."""
-    font = ImageFont.load_default(TEXT_PIXELS)
+    font = _font(TEXT_PIXELS)
     pitch = round(1.6 * TEXT_PIXELS)
-    places, x, y = [], _EDGE, 0
+    places, x, y = [], EDGE, 0
     for entry in entries:
         needed = round(1.5 * TEXT_PIXELS + font.getlength(entry.text))
-        if x > _EDGE and x + needed > width - _EDGE:
-            x, y = _EDGE, y + pitch
+        if x > EDGE and x + needed > width - EDGE:
+            x, y = EDGE, y + pitch
         places.append((x, y))
         x += needed + TEXT_PIXELS
     band = Pillow.new("RGB", (width, y + pitch), "white")

@@ -13,10 +13,17 @@ from beacon_mj.episode.trace import StepRecord
 from beacon_mj.geometry import Array
 from beacon_mj.recording.reader import Log
 from beacon_mj.recording.rebuild import rebuild_trace
-from beacon_mj.recording.scans import scan_points
+from beacon_mj.recording.scans import SCAN_TOPIC, scan_points
 from beacon_mj.rendering.annotations import Marks, draw_scan
+from beacon_mj.rendering.camera import camera_over
 from beacon_mj.rendering.colors import Paint
-from beacon_mj.rendering.gl import Canvas, Image, camera_over
+from beacon_mj.rendering.gl import Canvas, Image
+from beacon_mj.rendering.legend import Entry, entries
+
+
+def legend_of(log: Log) -> list[Entry]:
+    """Return the legend of the pictures of a log."""
+    return entries(log.scene, lidar=bool(log.messages[SCAN_TOPIC]))
 
 
 class Playback:

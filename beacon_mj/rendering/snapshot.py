@@ -7,7 +7,8 @@ import mujoco.viewer
 from PIL import Image as Pillow
 
 from beacon_mj.files import replacing
-from beacon_mj.rendering.gl import Canvas, camera_over, check_display
+from beacon_mj.rendering.camera import camera_over
+from beacon_mj.rendering.gl import Canvas, check_display
 from beacon_mj.scene import Scene
 from beacon_mj.scene_gen.mjcf import scene_mjcf
 
@@ -22,7 +23,7 @@ def render_scene(
     """
     model, data = _compiled(scene)
     with Canvas(model, width, height) as canvas:
-        picture = canvas.draw(data, camera_over(scene.workspace_m))
+        picture = canvas.draw(data, camera_over(scene.workspace_m, width / height))
     with replacing(Path(out)) as part:
         Pillow.fromarray(picture).save(part, format="PNG")
     return Path(out)

@@ -10,9 +10,10 @@ import mujoco.viewer
 from beacon_mj.recording.reader import Log, log_of
 from beacon_mj.recording.rebuild import rebuild_trace
 from beacon_mj.rendering.annotations import Marks
+from beacon_mj.rendering.camera import camera_over
 from beacon_mj.rendering.captions import describe
 from beacon_mj.rendering.colors import Paint
-from beacon_mj.rendering.gl import camera_over, check_display
+from beacon_mj.rendering.gl import check_display
 from beacon_mj.rendering.scrubber import HELP, Scrubber
 
 FRAME_S = 1.0 / 30.0

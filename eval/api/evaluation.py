@@ -55,9 +55,10 @@ def evaluate(
 
     Args:
         planners: Names (see `list_planners`), `all` for the five of the paper,
-            `path/to/file.py:Class`, or subclasses of `Planner`, also of a notebook. A
-            pair `(planner, values)` configures one, with an instance of its `Config`
-            or a mapping of fields; a mapping gives planners names.
+            `path/to/file.py:Class`, `exec:COMMAND` for a program that speaks JSON, or
+            subclasses of `Planner`, also of a notebook. A pair `(planner, values)`
+            configures one, with an instance of its `Config` or a mapping of fields; a
+            mapping gives planners names.
         families: Names of scene families; those of suite `paper-v1` by default.
         suite: Suites, one or several, in place of `families`: `paper-v1`,
             `learning-v1`, `hard-v1`, `scale-v1`, one that your own families name, or
@@ -86,13 +87,15 @@ def evaluate(
         cluster: Address of a dask scheduler whose workers run the episodes instead.
         shard: `I/N`: only part I of N of the scenes; see `merge`.
         isolate: Whether planners run in processes of their own, where nothing that they
-            do reaches the evaluation; by default those from files do.
+            do reaches the evaluation; by default those from files do. Programs always
+            do.
         log: Which episodes leave an MCAP log: `all`, `failures`, or `none`.
         resume: Go on with the run in `out`; without planners, with its own options.
         report: Whether to write the run's page at the end, `report.html` in its folder;
             a shard has none, see `merge`.
-        trust_code: Run the files of planners and layouts that only the folder in `out`
-            names, when going on without naming planners. They may be a stranger's.
+        trust_code: Run the files of planners and layouts, and programs, that only the
+            folder in `out` names, when going on without naming planners. They may be a
+            stranger's.
         progress: Shows what is done, such as `beacon_mj.show_progress`; by default
             nothing is shown.
         tell: Told before the start of rounds that `scenes_per_family` cuts, and at the

@@ -70,10 +70,17 @@ class Families(Listing[FamilyInfo]):
 
 def _table(suite: str | None, families: Iterable[FamilyInfo]) -> Table:
     title = "families of no suite" if suite is None else f"suite {suite}"
-    table = plain_table(title, padding=(0, 1), collapse_padding=True, pad_edge=False)
-    table.add_column("family", min_width=12, overflow="fold")
-    for name in ("layout", "obsta-\ncles", "learning", "scenes"):
-        right = name in ("obsta-\ncles", "scenes")
+    count = "obsta-\ncles"
+    table = plain_table(
+        title,
+        spare=(count, "layout"),
+        padding=(0, 1),
+        collapse_padding=True,
+        pad_edge=False,
+    )
+    table.add_column("family", overflow="fold")
+    for name in ("layout", count, "learning", "scenes"):
+        right = name in (count, "scenes")
         table.add_column(name, justify="right" if right else "left", no_wrap=True)
     for each in families:
         add_line(table, *_cells(each))

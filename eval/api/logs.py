@@ -33,7 +33,7 @@ def replay(
     Args:
         log: A log, or the path of one, finished or not.
         video: MP4 file to write; needs the extra `video`.
-        png: PNG file to write with some moments; needs the extra `video`.
+        png: PNG file to write with some moments.
         html: Page with a 3-D replay to write; needs the extra `web`.
         view: Whether to open MuJoCo's viewer; it returns when that is closed.
 

@@ -1,7 +1,8 @@
 """The record of the code that decides a result: planners' files, and our own.
 
-A planner's file is read, never run, to make the record. Built-in planners are part of
-the package, whose source has one digest among the versions.
+A planner's file is read, never run, to make the record. Of a program these are the
+files that its command names. Built-in planners are part of the package, whose source
+has one digest among the versions.
 """
 
 import importlib.util
@@ -12,6 +13,7 @@ from pathlib import Path
 from beacon_mj.errors import PlannerError, RunError
 from beacon_mj.eval.runs.config import PlannerEntry, RunConfig
 from beacon_mj.planners.base import Planner
+from beacon_mj.planners.program import is_program, program_files, whole_program
 from beacon_mj.planners.registry import file_planner, planner_names
 from beacon_mj.scene_gen.layout_sources import layout_file
 from beacon_mj.source_files import digests, first_change, local_sources
@@ -24,6 +26,14 @@ def planner_file(spec: str) -> Path | None:
     return Path(spec.rpartition(":")[0]).resolve()
 
 
+def home_of(spec: str) -> str:
+    """Return where a planner is from: a file's whole path, or a program's command."""
+    if is_program(spec):
+        return whole_program(spec)
+    file = planner_file(spec)
+    return "" if file is None else str(file)
+
+
 def code_of(spec: str, cls: type[Planner] | None = None) -> dict[str, str]:
     """Return the SHA-256 of a planner's file and of the local modules it imports.
 
@@ -33,25 +43,24 @@ def code_of(spec: str, cls: type[Planner] | None = None) -> dict[str, str]:
 
     Returns:
         Digests by path below the file's folder; below that of its package, for a
-        planner of an installed one. Nothing for the package's own planners, and for
-        classes without a file.
+        planner of an installed one; by name for a program's. Nothing for the package's
+        own planners, and for classes without a file.
 
     Raises:
         PlannerError: If a file cannot be read.
     """
-    found = _sources(spec, cls)
-    if found is None:
-        return {}
-    file, root, package = found
+    found = None if is_program(spec) else _sources(spec, cls)
     try:
-        return digests(local_sources(file, root, package))
+        if is_program(spec):
+            return digests(_program_code(spec))
+        return {} if found is None else digests(local_sources(*found))
     except FileNotFoundError as error:
         raise PlannerError(
-            f"{file}: expected a Python file but there is none."
+            f"{error.filename}: expected a Python file but there is none."
         ) from error
     except OSError as error:
         raise PlannerError(
-            f"{file}: cannot read the planner's file: {error.strerror}."
+            f"{error.filename}: cannot read the planner's file: {error.strerror}."
         ) from error
 
 
@@ -72,11 +81,11 @@ def check_code(entries: Iterable[PlannerEntry]) -> None:
                 )
 
 
-def named_code(config: RunConfig) -> list[Path]:
-    """Return the files that a run's configuration names and whose code would run."""
-    found = [planner_file(entry.loaded_from) for entry in config.planners]
-    found.append(named_layouts(config))
-    return [*dict.fromkeys(path for path in found if path is not None)]
+def named_code(config: RunConfig) -> list[str]:
+    """Return the files and programs that a run names and whose code would run."""
+    found = [home_of(entry.loaded_from) for entry in config.planners]
+    found.append(str(named_layouts(config) or ""))
+    return [*dict.fromkeys(each for each in found if each)]
 
 
 def named_layouts(config: RunConfig) -> Path | None:
@@ -92,16 +101,12 @@ def check_trusted(config: RunConfig, trust_code: bool, otherwise: str = "") -> N
     Raises:
         RunError: Naming the files.
     """
-    files = named_code(config)
-    if files and not trust_code:
+    named = named_code(config)
+    if named and not trust_code:
         raise RunError(
-            f"Expected --trust-code, because this would run {_listed(files)}, which "
+            f"Expected --trust-code, because this would run {', '.join(named)}, which "
             f"the run names and may come from a stranger.{otherwise}"
         )
-
-
-def _listed(files: list[Path]) -> str:
-    return ", ".join(str(path) for path in files)
 
 
 Sources = tuple[Path, Path, str | None]  #: See `local_sources`.
@@ -113,8 +118,14 @@ def code_files(entry: PlannerEntry) -> dict[str, bytes]:
     Raises:
         OSError: If one cannot be read.
     """
+    if is_program(entry.spec):
+        return _program_code(entry.loaded_from)
     found = _sources(entry.loaded_from, None)
     return {} if found is None else local_sources(*found)
+
+
+def _program_code(spec: str) -> dict[str, bytes]:
+    return {name: path.read_bytes() for name, path in program_files(spec).items()}
 
 
 def _sources(spec: str, cls: type[Planner] | None) -> Sources | None:

@@ -23,6 +23,7 @@ from beacon_mj.eval.runs.scene_cache import cached_scene, released_scene_suite
 from beacon_mj.eval.runs.shards import Shard, share
 from beacon_mj.eval.runs.whole_numbers import SceneCount, Seed, check_episodes
 from beacon_mj.files import files_below
+from beacon_mj.planners.program import is_program
 from beacon_mj.scene import Profile, Scene
 from beacon_mj.scene.files import load_scene
 from beacon_mj.scene_gen.family import family_sha256, load_family
@@ -44,7 +45,8 @@ class PlannerEntry(msgspec.Struct, frozen=True, kw_only=True):
 
     Attributes:
         name: Its name in results.
-        spec: What it is loaded by: a name or `path/to/file.py:ClassName`.
+        spec: What it is loaded by: a name, `path/to/file.py:ClassName`, or
+            `exec:COMMAND`.
         settings: Values given with `--set`, as text.
         config: All values of its configuration, defaults included.
         protocol: How its episodes are run, where that differs from the run's.
@@ -56,9 +58,10 @@ class PlannerEntry(msgspec.Struct, frozen=True, kw_only=True):
         bit_reproducible: Whether its rows are the same each time and everywhere, as its
             class says; tables have a note of those that are not.
         code: SHA-256 of its file and of the local modules that it imports, by path
-            below the file's folder; empty for a built-in planner.
-        home: Whole path of the file that it is loaded from; no option, for a run may
-            go on where the file lies elsewhere.
+            below the file's folder; of a program, of the files that its command names;
+            empty for a built-in planner.
+        home: Whole path of the file that it is loaded from, or a program's command with
+            whole paths; no option, for a run may go on where the file lies elsewhere.
     """
 
     name: str
@@ -76,6 +79,8 @@ class PlannerEntry(msgspec.Struct, frozen=True, kw_only=True):
     @property
     def loaded_from(self) -> str:
         """What it is loaded by, in every folder."""
+        if is_program(self.spec):
+            return self.home or self.spec
         member = self.spec.rpartition(":")[2]
         return f"{self.home}:{member}" if self.home else self.spec
 

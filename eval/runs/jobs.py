@@ -26,7 +26,8 @@ from beacon_mj.eval.runs.config import (
     load_ref,
     suite_of_ref,
 )
-from beacon_mj.eval.runs.isolation.host import Isolated, Who, here, isolated
+from beacon_mj.eval.runs.isolation.host import Who, here, isolated
+from beacon_mj.eval.runs.isolation.process import Elsewhere
 from beacon_mj.eval.runs.lineup import Handed
 from beacon_mj.eval.runs.log_files import log_file
 from beacon_mj.eval.runs.overrides import configure
@@ -198,7 +199,7 @@ def _days(
 
 def _planner(
     entry: PlannerEntry, protocol: Protocol, handed: Handovers
-) -> Guarded | Isolated:
+) -> Guarded | Elsewhere:
     """Return what stands for a planner in one mission, here or in its own process."""
     if not entry.isolated:
         return Guarded(partial(_build, entry, handed))

@@ -9,7 +9,7 @@ import msgspec
 
 from beacon_mj.episode.protocol import Protocol
 from beacon_mj.errors import PlannerError, RunError, unknown
-from beacon_mj.eval.runs.code_record import code_of, planner_file
+from beacon_mj.eval.runs.code_record import code_of, home_of
 from beacon_mj.eval.runs.config import PlannerEntry
 from beacon_mj.eval.runs.overrides import Settings, built_ins, parse_settings
 from beacon_mj.eval.runs.variants import (
@@ -28,6 +28,7 @@ from beacon_mj.eval.runs.variants import (
 )
 from beacon_mj.planners.base import Planner
 from beacon_mj.planners.oracle.truth import Oracle
+from beacon_mj.planners.program import is_program, program_name
 from beacon_mj.planners.registry import (
     ALIASES,
     PAPER,
@@ -36,8 +37,8 @@ from beacon_mj.planners.registry import (
     planner_names,
 )
 
-#: A planner: its name, `file.py:Class`, or its class; or a pair of that and either an
-#: instance of its `Config` or a mapping of values.
+#: A planner: its name, `file.py:Class`, `exec:COMMAND`, or its class; or a pair of that
+#: and either an instance of its `Config` or a mapping of values.
 PlannerChoice = str | type[Planner] | tuple[str | type[Planner], object]
 CACHE = "__msgspec_cache__"  #: What msgspec leaves in a dataclass that it converts.
 PYTHON = "python:"  #: Begins the spec of a class that was handed over in Python.
@@ -231,6 +232,8 @@ def _named(choice: object, isolate: bool | None) -> _Loaded:
 
 def _by_spec(spec: str, isolate: bool | None) -> _Loaded:
     """Return a planner that is given as text; an isolated one is not imported."""
+    if is_program(spec):
+        return _Loaded(checked_name(program_name(spec)), spec, None)
     member = file_planner(spec)
     if isolate is None:
         isolate = member is not None
@@ -254,7 +257,6 @@ def _entry(each: _Loaded, parsed: Settings, protocol: Protocol) -> PlannerEntry:
     own = {**(each.values or {}), **parsed.get(each.name, {})}
     if own and each.config is not None:
         raise _configured(each.name, "set")
-    file = planner_file(each.spec)
     entry = PlannerEntry(
         name=each.name,
         spec=each.spec,
@@ -264,7 +266,7 @@ def _entry(each: _Loaded, parsed: Settings, protocol: Protocol) -> PlannerEntry:
         oracle=each.cls is not None and issubclass(each.cls, Oracle),
         bit_reproducible=each.cls is None or each.cls.bit_reproducible is True,
         code=code_of(each.spec, each.cls),
-        home="" if file is None else str(file),
+        home=home_of(each.spec),
     )
     if each.config is not None:
         return entry

@@ -127,11 +127,15 @@ class RunFolder:
     def append(self, rows: Iterable[Row]) -> None:
         """Add finished episodes; they are on disk when this returns.
 
+        The page of the run so far, which is out of date by now, goes.
+
         Raises:
             RunError: If the folder was moved or deleted since it was opened; the
                 episodes are then in the folder that was moved.
         """
         self._opened().append(_lines(rows))
+        with contextlib.suppress(IsADirectoryError):  # Which is no page of ours.
+            (self.path / REPORT).unlink(missing_ok=True)
 
     def check_in_place(self) -> None:
         """Raise RunError if the folder was moved or deleted since it was opened."""

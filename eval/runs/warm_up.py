@@ -16,6 +16,7 @@ from beacon_mj.episode.sealed import Sealer
 from beacon_mj.episode.sensor import Sensor
 from beacon_mj.eval.runs.scene_cache import cached_scene
 from beacon_mj.motion.visibility_graph import shortest_path
+from beacon_mj.planners.program import is_program
 from beacon_mj.planners.registry import load_planner
 from beacon_mj.scene import Scene
 from beacon_mj.world import World
@@ -42,7 +43,7 @@ def compile_kernels(planners: Iterable[str] = _TOURS) -> None:
     Args:
         planners: What they are loaded by; all kernels by default.
     """
-    names = set(planners)
+    names = {name for name in planners if not is_program(name)}
     like = {_LIKE[name] for name in names if name in _LIKE}
     for name in _TOURS if names - _LIKE.keys() else sorted(like):
         _tour(name)

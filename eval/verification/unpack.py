@@ -12,6 +12,7 @@ from beacon_mj.eval.runs.config import PlannerEntry, RunConfig
 from beacon_mj.eval.runs.run_folder import load_config
 from beacon_mj.eval.verification.bundle import FORMAT, MANIFEST
 from beacon_mj.files import file_name
+from beacon_mj.planners.program import is_program
 
 MAX_BYTES = 4 * 2**30  #: Of a bundle, which is as large as what it holds.
 MAX_FILE_BYTES = 2**29  #: Of one file in it.
@@ -88,8 +89,8 @@ def relocated(run: Path, folder: Path) -> RunConfig:
 
 
 def _relocated(entry: PlannerEntry, folder: Path) -> PlannerEntry:
-    if not entry.home:
-        return entry
+    if not entry.home or is_program(entry.spec):
+        return entry  # A program runs only where the files of its command are.
     name = Path(entry.home.replace("\\", "/")).name
     home = folder / "planners" / file_name(entry.base) / name
     return msgspec.structs.replace(entry, home=str(home))

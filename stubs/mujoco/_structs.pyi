@@ -219,12 +219,20 @@ class MjvGeom:
 class MjvOption: ...
 class MjvPerturb: ...
 
+class MjvGLCamera:
+    forward: _Singles
+    frustum_near: float
+    frustum_top: float
+    pos: _Singles
+    up: _Singles
+
 class MjvScene:
     @overload
     def __init__(self) -> None: ...
     @overload
     def __init__(self, model: MjModel, maxgeom: int) -> None: ...
 
+    camera: tuple[MjvGLCamera, ...]
     flags: NDArray[np.uint8]
     geoms: tuple[MjvGeom, ...]
     maxgeom: int

@@ -16,6 +16,7 @@ from beacon_mj.episode.protocol import Protocol
 from beacon_mj.episode.run import run_episode
 from beacon_mj.errors import LogError
 from beacon_mj.planners.bug1 import Bug1
+from beacon_mj.planners.registry import load_planner
 from beacon_mj.recording import Recorder, read_log, read_trace
 from beacon_mj.recording.container import MAGIC, MAX_CHUNK_BYTES
 from beacon_mj.recording.finalize import record_bytes
@@ -36,6 +37,25 @@ def test_longest_episode_stays_small(tmp_path: Path) -> None:
     assert path.stat().st_size <= MOST_BYTES
     assert difference(live, read_trace(path)) is None
     assert [p.name for p in tmp_path.iterdir()] == ["x.mcap"]
+
+
+@pytest.mark.parametrize(
+    ("planner", "family"),
+    [
+        ("dstar-lite", "sparse"),
+        ("push-through", "cluttered"),
+        ("beacon", "collision-required"),
+        ("beacon-voi", "collision-shortcut"),
+    ],
+)
+def test_logs_of_the_planners_of_the_table_are_small(
+    planner: str, family: str, tmp_path: Path
+) -> None:
+    path = tmp_path / "x.mcap"
+    scene, made = generate_scene(family, 0), load_planner(planner)[1]()
+    live = run_episode(scene, made, name=planner, listeners=[Recorder(path)])
+    assert len(live.steps) > 50
+    assert 30_000 < path.stat().st_size <= MOST_BYTES
 
 
 def test_chunks_grow_with_the_file(sample: Sample) -> None:

@@ -1,10 +1,13 @@
 """The layouts name topics, fields and panels that exist."""
 
 import json
+import math
 import re
+from itertools import product
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from beacon_mj.errors import LogError
@@ -116,6 +119,24 @@ def test_nothing_hides_what_is_drawn(layout: dict[str, Any]) -> None:
     for panel, config in panels.items():
         if panel.startswith("Plot"):
             assert config["legendDisplay"] == "left"
+
+
+@pytest.mark.parametrize("aspect", [1.2, 1.5, 2.0])
+def test_a_room_of_the_usual_size_is_in_sight(
+    layout: dict[str, Any], aspect: float
+) -> None:
+    """With its legend, 0.7 m south of it; aspect is a panel's width over its height."""
+    camera = layout["configById"]["3D!scene"]["cameraState"]
+    assert (camera["thetaOffset"], camera["perspective"]) == (0, True)
+    tilt = math.radians(camera["phi"])  # From straight above, towards the south.
+    ahead = np.array([0.0, math.sin(tilt), -math.cos(tilt)])
+    up = np.array([0.0, math.cos(tilt), math.sin(tilt)])
+    eye = np.array(camera["targetOffset"]) - camera["distance"] * ahead
+    half = math.tan(math.radians(0.5 * camera["fovy"]))
+    for x, y, z in product((-0.1, 6.1), (-0.7, 6.1), (0.0, 0.2)):
+        ray = np.array([x, y, z]) - eye
+        assert abs(ray @ up) < half * (ray @ ahead)
+        assert abs(ray[0]) < aspect * half * (ray @ ahead)
 
 
 def test_layouts_are_written_and_never_over_others(tmp_path: Path) -> None:

@@ -6,6 +6,7 @@ import re
 import shutil
 import subprocess
 from pathlib import Path
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -14,8 +15,9 @@ import zstandard
 
 from beacon_mj import cli
 from beacon_mj.episode.protocol import Protocol
+from beacon_mj.episode.run import run_episode
 from beacon_mj.errors import BeaconError, LogError
-from beacon_mj.recording import read_log
+from beacon_mj.recording import read_log, read_trace
 from beacon_mj.rendering import render_page
 from tests.recording.samples import PushThrough, record, scene_with_damage
 
@@ -44,7 +46,9 @@ SCRUBBER_RGB = (34, 139, 230)
 def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("page")
     scene = scene_with_damage()
-    record(folder / "x.mcap", scene, PushThrough(), Protocol(max_steps=40))
+    steps = run_episode(scene, PushThrough()).steps
+    first = next(k for k, s in enumerate(steps) if s.outcome.damages)
+    record(folder / "x.mcap", scene, PushThrough(), Protocol(max_steps=first + 5))
     return render_page(folder / "x.mcap", folder / "x.html")
 
 
@@ -57,22 +61,41 @@ def test_page_is_one_file_without_links(page: Path) -> None:
     assert sorted(p.name for p in page.parent.iterdir()) == ["x.html", "x.mcap"]
 
 
-def test_page_has_a_legend_and_a_clock_of_simulated_seconds(page: Path) -> None:
-    text = page.read_text()
-    log = read_log(page.with_suffix(".mcap"))
-    (legend,) = re.findall(r'<div id="legend".*?</div>', text)
-    for word in ("safe", "movable", "fragile", "broken", "planned path", "force"):
-        assert word in legend
-    (data,) = re.findall(r'window.__VISER_EMBED_DATA__="([^"]+)"', text)
+def recorded(page: Path) -> dict[str, Any]:
+    """Return viser's recording within a page: its length and its timed messages."""
+    (data,) = re.findall(r'window.__VISER_EMBED_DATA__="([^"]+)"', page.read_text())
     inner = zstandard.ZstdDecompressor().decompress(
         base64.b64decode(data)[8:], max_output_size=100_000_000
     )
     size = int.from_bytes(inner[:8], "little")
-    recording = msgspec.msgpack.decode(inner[8 : 8 + size])
+    return dict(msgspec.msgpack.decode(inner[8 : 8 + size]))
+
+
+def test_page_has_a_legend_and_a_clock_of_simulated_seconds(page: Path) -> None:
+    log = read_log(page.with_suffix(".mcap"))
+    (legend,) = re.findall(r'<div id="legend".*?</div>', page.read_text())
+    for word in ("safe", "movable", "fragile", "broken", "planned path", "force"):
+        assert word in legend
+    recording = recorded(page)
     simulated_s = log.steps * log.scene.robot.control_period_s
     assert recording["durationSeconds"] == pytest.approx(simulated_s + html.HOLD_S)
     shown = [m for _, m in recording["messages"] if m.get("name", "") == "/text"]
     assert shown
+
+
+def test_page_has_a_scale_and_a_cross_from_when_something_breaks(page: Path) -> None:
+    broken = {
+        damage.obstacle: damage.time_s
+        for step in read_trace(page.with_suffix(".mcap")).steps
+        for damage in step.outcome.damages
+    }
+    assert broken
+    messages = recorded(page)["messages"]
+    assert {"/scale/bar", "/scale/text"} <= {m.get("name") for _, m in messages}
+    for name, time_s in broken.items():
+        own = [(t, m) for t, m in messages if m.get("name") == f"/broken/{name}"]
+        (seen_s,) = [t for t, m in own if m.get("visible") is True]
+        assert time_s - 1e-9 <= seen_s <= time_s + 0.1 + 1e-9
 
 
 @needs_chromium

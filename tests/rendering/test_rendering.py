@@ -3,10 +3,12 @@
 import dataclasses
 import subprocess
 import sys
+from itertools import product
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
+import mujoco
 import numpy as np
 import pytest
 import shapely
@@ -31,6 +33,7 @@ from beacon_mj.rendering import (
     render_video,
     view_scene,
 )
+from beacon_mj.rendering.camera import camera_over
 from beacon_mj.rendering.captions import describe, summary
 from beacon_mj.rendering.legend import entries
 from beacon_mj.scene_gen.generate import generate_scene
@@ -96,6 +99,33 @@ def _blue_centre(picture: np.ndarray) -> np.ndarray:
     return np.asarray(np.argwhere(blue).mean(axis=0))
 
 
+@pytest.mark.parametrize("aspect", [0.8, 15 / 13, 2.0, 3.0])
+@pytest.mark.parametrize(
+    "size_m", [(6.0, 6.0), (11.8, 5.4), (9.1, 7.0), (3.0, 3.0), (5.0, 12.0), (50, 50)]
+)
+def test_the_whole_room_is_in_the_picture(
+    size_m: tuple[float, float], aspect: float
+) -> None:
+    """By the view that MuJoCo makes of the camera; nor is the room small in it."""
+    model = mujoco.MjModel.from_xml_string("<mujoco/>")
+    data, view = mujoco.MjData(model), mujoco.MjvScene(model, 1)
+    found = camera_over((0.0, 0.0, *size_m), aspect)
+    every = mujoco.mjtCatBit.mjCAT_ALL
+    mujoco.mjv_updateScene(model, data, mujoco.MjvOption(), None, found, every, view)
+    eye = view.camera[0]
+    # Of two eyes; a picture is taken from between them.
+    place = 0.5 * (view.camera[0].pos + view.camera[1].pos)
+    forward, up = np.array(eye.forward), np.array(eye.up)
+    shares = []
+    for x, y, z in product((-0.1, size_m[0] + 0.1), (-0.1, size_m[1] + 0.1), (0, 0.2)):
+        ray = np.array([x, y, z]) - place
+        depth = ray @ forward / eye.frustum_near
+        right = ray @ np.cross(forward, up) / depth
+        top = eye.frustum_top
+        shares += [abs(right) / (aspect * top), abs(ray @ up) / depth / top]
+    assert 0.85 < max(shares) < 0.975
+
+
 @needs_gl
 def test_robot_moves_across_the_picture(tmp_path: Path) -> None:
     path = tmp_path / "x.mcap"
@@ -121,16 +151,21 @@ def test_broken_obstacle_changes_colour(log_path: Path) -> None:
     assert np.abs(before[numbers] - after[numbers]).max(axis=1).min() > 0.2
 
 
+def video_frames(path: Path) -> list[np.ndarray]:
+    """Return the pictures of a video at 20 Hz."""
+    with av.open(str(path)) as container:
+        stream = container.streams.video[0]
+        assert stream.average_rate == 20
+        return [f.to_ndarray(format="rgb24") for f in container.decode(stream)]
+
+
 @needs_gl
 def test_video_has_a_frame_per_step_and_they_differ(
     log_path: Path, tmp_path: Path
 ) -> None:
-    out = render_video(log_path, tmp_path / "x.mp4", width=320, height=360)
-    with av.open(str(out)) as container:
-        stream = container.streams.video[0]
-        assert (stream.width, stream.height) == (320, 360)
-        assert stream.average_rate == 20
-        frames = [f.to_ndarray(format="rgb24") for f in container.decode(stream)]
+    out = render_video(log_path, tmp_path / "x.mp4", width=480, height=640)
+    frames = video_frames(out)
+    assert frames[0].shape == (640, 480, 3)
     steps = len(read_trace(log_path).steps)
     assert len(frames) == steps + 1 + 30
     changes = [
@@ -139,6 +174,42 @@ def test_video_has_a_frame_per_step_and_they_differ(
     ]
     assert min(changes) > 0.05
     assert sorted(p.name for p in tmp_path.iterdir()) == ["x.mp4"]
+
+
+@needs_gl
+def test_video_has_the_legend_of_the_strip_and_loses_no_text(
+    log_path: Path, tmp_path: Path
+) -> None:
+    """A line of text that is wider than the video goes on in the next."""
+    log, trace = read_log(log_path), read_trace(log_path)
+    out = render_video(log, tmp_path / "x.mp4", width=320, height=560)
+    foot = np.asarray(overlay.legend(entries(log.scene), 320))
+    told = [describe(trace, step) for step in range(log.steps + 1)]
+    wraps = [[p for line in t for p in overlay.wrapped(line, 304)] for t in told]
+    rows = max(map(len, wraps))
+    assert rows > max(map(len, told))
+    frames = video_frames(out)
+    for step in (0, log.steps):
+        text = np.asarray(overlay.text_band(wraps[step], 320, rows))
+        below = np.vstack([text, foot])
+        assert _difference(frames[step][-len(below) :], below) < 4.0
+        # It is about this step: the other one's text would not do.
+        other = np.asarray(overlay.text_band(wraps[log.steps - step], 320, rows))
+        assert _difference(frames[step][-len(below) : -len(foot)], other) > 4.0
+
+
+def _difference(a: np.ndarray, b: np.ndarray) -> float:
+    """Return how much two pictures differ on average, of 255."""
+    return float(np.abs(a.astype(int) - b).mean())
+
+
+@needs_gl
+def test_video_without_room_for_the_scene_is_refused(
+    log_path: Path, tmp_path: Path
+) -> None:
+    with pytest.raises(gl.RenderError, match=r"a height of \d+ pixels or more"):
+        render_video(log_path, tmp_path / "x.mp4", width=320, height=120)
+    assert not list(tmp_path.iterdir())
 
 
 @needs_gl
@@ -188,6 +259,26 @@ def test_what_is_broken_is_marked_by_more_than_colour(
     changed = (crossed[1] != plain[1]).any(axis=2)
     assert changed.sum() > 20
     assert crossed[1][changed].mean() > plain[1][changed].mean() + 60.0
+
+
+@needs_gl
+def test_pictures_have_a_scale_bar(
+    log_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """North of the room, as dark as its label, and as long as it says."""
+
+    def picture() -> np.ndarray:
+        with playback.Playback(read_log(log_path), 480, 416) as frames:
+            return frames.picture(0)
+
+    with_bar = picture()
+    monkeypatch.setattr(annotations.Marks, "_draw_scale", lambda *_: None)
+    bar = (with_bar != picture()).any(axis=2)
+    rows, columns = np.nonzero(bar)
+    assert bar.sum() > 50
+    assert rows.max() < 0.2 * 416
+    assert with_bar[bar].min(axis=0).max() < 60
+    assert columns.min() > 0
 
 
 @pytest.mark.parametrize("width", [40, 120, 600])

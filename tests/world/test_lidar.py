@@ -7,13 +7,14 @@ import numpy as np
 import pytest
 import shapely
 
-from beacon_mj.fidelity.benches import START_M, bench, obstacle
+from beacon_mj.fidelity.benches import START_M, bench, block, obstacle
 from beacon_mj.geometry import Array
 from beacon_mj.interface import beam_angles
 from beacon_mj.scene import Robot, Scene, shapes
-from beacon_mj.world import World
+from beacon_mj.scene_gen.robots import shipped_robot
+from beacon_mj.world import BaseWorld, World
 from beacon_mj.world.lidar import Lidar, scan_height_m
-from tests.worlds import cached_scene
+from tests.worlds import WORLDS, cached_scene, drive
 
 FAR_M = 20.0
 #: Shapes whose section is the same at every height that a beam can have.
@@ -73,7 +74,7 @@ def upright(scene: Scene) -> Scene:
     return msgspec.structs.replace(scene, obstacles=kept)
 
 
-def brute_force(world: World, beams: int) -> Array:
+def brute_force(world: BaseWorld, beams: int) -> Array:
     """Return the ranges as shapely finds them among footprints and walls."""
     x, y = world.position_m
     west, south, east, north = world.scene.workspace_m
@@ -97,6 +98,27 @@ def test_rays_are_those_of_the_plane(family: str, index: int) -> None:
     found, expected = Lidar(world, 360, FAR_M).ranges_m(), brute_force(world, 360)
     close = np.abs(found - expected) < 2e-3
     assert close.mean() > 0.98
+
+
+@pytest.mark.parametrize("name", WORLDS)
+def test_rays_are_those_of_every_world_after_a_push(name: str) -> None:
+    scene = bench(block("crate", 0.1))
+    world = WORLDS[name](scene)
+    lidar = Lidar(world, 360, FAR_M)
+    drive(world, *[(0.4, 0.05)] * 12)
+    assert world.outlines[0].centroid[0] > scene.obstacles[0].x_m + 0.1
+    found, expected = lidar.ranges_m(), brute_force(world, 360)
+    assert (np.abs(found - expected) < 2e-3).mean() > 0.98
+
+
+def test_no_beam_hits_the_wheels_or_turns_with_the_robot() -> None:
+    scene = upright(cached_scene("cluttered", 0))
+    world = World(scene, robot=shipped_robot("diff-drive"))
+    lidar = Lidar(world, 360, FAR_M)
+    drive(world, *[(0.1, 0.4)] * 15)
+    found, expected = lidar.ranges_m(), brute_force(world, 360)
+    assert found.min() >= scene.robot.radius_m
+    assert (np.abs(found - expected) < 2e-3).mean() > 0.98
 
 
 def test_looking_changes_nothing() -> None:

@@ -14,7 +14,7 @@ from rich.console import Console
 
 from beacon_mj.cli.standard_streams import abandon, results
 from beacon_mj.errors import printable
-from beacon_mj.rendering.tables import WIDTH, Tabular, write
+from beacon_mj.rendering.tables import WIDTH, Tabular, plain, write
 
 if TYPE_CHECKING:
     from beacon_mj.eval.statistics.results import Results
@@ -42,6 +42,15 @@ def show(result: Tabular) -> None:
 def say(text: str) -> None:
     """Print a result that is a text."""
     print(printable(text), file=results())
+
+
+def say_prose(text: str) -> None:
+    """Print a result that is prose: on a terminal it is wrapped between words."""
+    console = _Console(file=results(), highlight=False)
+    if console.is_terminal:
+        console.print(plain(text))
+    else:
+        say(text)
 
 
 def show_json(value: Any) -> None:

@@ -21,13 +21,14 @@ from beacon_mj.eval.runs.sandbox import Guarded, planner_class
 from beacon_mj.planners.base import Planner
 from beacon_mj.planners.oracle.truth import Oracle
 from beacon_mj.planners.routes.graph import RouteGraph
-from beacon_mj.process_limits import limit_memory
+from beacon_mj.process_limits import end_with, limit_memory
 
 #: Packages that hold the truth about a world, or make it from a seed.
 TRUTH = (
     "beacon_mj.cli",
     "beacon_mj.eval",
     "beacon_mj.fidelity",
+    "beacon_mj.gym",
     "beacon_mj.mjcf_templates",
     "beacon_mj.recording",
     "beacon_mj.rendering",
@@ -35,7 +36,6 @@ TRUTH = (
     "beacon_mj.scene_gen",
     "beacon_mj.world",
 )
-_PR_SET_PDEATHSIG = 1
 
 
 def main(end: int, parent: int, memory_mib: int, *, end_with_parent: bool) -> None:
@@ -48,7 +48,7 @@ def main(end: int, parent: int, memory_mib: int, *, end_with_parent: bool) -> No
         end_with_parent: Whether the kernel ends this process with the parent's thread.
     """
     if end_with_parent:
-        _end_with(parent)
+        end_with(parent)
     limit_memory(memory_mib)
     sys.meta_path.insert(0, NoTruth())
     channel = wire.Channel(socket.socket(fileno=end))
@@ -172,17 +172,3 @@ def _class_of(spec: str) -> type[Planner]:
             "process of its own. Use --no-isolate."
         )
     return cls
-
-
-def _end_with(parent: int) -> None:
-    """Let the kernel kill this process with its parent, compiled loops included."""
-    import ctypes
-    import signal
-
-    try:
-        prctl = ctypes.CDLL(None).prctl
-    except (OSError, AttributeError):
-        return
-    prctl(_PR_SET_PDEATHSIG, int(signal.SIGKILL), 0, 0, 0)
-    if os.getppid() != parent:
-        os._exit(0)

@@ -5,9 +5,7 @@ with checked types: whatever the child sends, nothing in the parent is run by it
 message is its length in four bytes, then itself.
 """
 
-import math
 import pickle
-import socket
 import struct
 import time
 from dataclasses import replace
@@ -16,6 +14,7 @@ from typing import Any, NamedTuple
 import msgspec
 import numpy as np
 
+from beacon_mj.eval.runs.isolation.connection import Connection
 from beacon_mj.geometry import Array, Footprint, Footprints
 from beacon_mj.interface import (
     Command,
@@ -30,7 +29,6 @@ from beacon_mj.interface import (
 from beacon_mj.planners.routes.graph import RouteGraph
 
 REPLY_MAX_B = 16 * 2**20  #: Largest reply [bytes]; a path of 10 000 points has 160 kB.
-_PART_B = 2**16
 _LENGTH = struct.Struct("!I")
 
 
@@ -131,23 +129,12 @@ _encoder = msgspec.msgpack.Encoder()
 _decoder: msgspec.msgpack.Decoder[Reply] = msgspec.msgpack.Decoder(Reply)
 
 
-class Channel:
-    """One end of the connection. One message is under way at a time."""
-
-    def __init__(self, end: socket.socket) -> None:
-        """Use one end of a pair of sockets."""
-        self._socket = end
-        self._limit_s = math.inf
-
-    def limit(self, limit_s: float) -> None:
-        """Have every transfer from now on take at most `limit_s`."""
-        if limit_s != self._limit_s:
-            self._limit_s = limit_s
-            self._socket.settimeout(limit_s)
+class Channel(Connection):
+    """One end of the connection."""
 
     def send_request(self, request: Request) -> None:
         """Send a request; TimeoutError after the limit."""
-        self._send(pickle.dumps(request, protocol=5))
+        self._send_whole(pickle.dumps(request, protocol=5))
 
     def receive_request(self) -> Request:
         """Wait for a request; EOFError if the parent is gone."""
@@ -156,7 +143,7 @@ class Channel:
 
     def send_reply(self, reply: Reply) -> None:
         """Send a reply."""
-        self._send(_encoder.encode(reply))
+        self._send_whole(_encoder.encode(reply))
 
     def receive_reply(self) -> Reply:
         """Return a reply of checked types.
@@ -168,12 +155,8 @@ class Channel:
         """
         return _decoder.decode(self._receive(REPLY_MAX_B))
 
-    def close(self) -> None:
-        """Close this end."""
-        self._socket.close()
-
-    def _send(self, body: bytes) -> None:
-        self._socket.sendall(_LENGTH.pack(len(body)) + body)
+    def _send_whole(self, body: bytes) -> None:
+        self._send(_LENGTH.pack(len(body)) + body)
 
     def _receive(self, most: int) -> bytes:
         began, head = time.monotonic(), _LENGTH.size
@@ -192,15 +175,6 @@ class Channel:
         if len(data) > head + size:
             raise ValueError("more than one message")
         return data[head:]
-
-    def _part(self, began: float) -> bytes:
-        """Return what comes next; whoever sends it in drops has no more time."""
-        if time.monotonic() - began > self._limit_s:
-            raise TimeoutError
-        part = self._socket.recv(_PART_B)
-        if not part:
-            raise EOFError("the other end is closed")
-        return part
 
 
 class Changes:

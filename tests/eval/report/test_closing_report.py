@@ -8,7 +8,7 @@ import beacon_mj
 from beacon_mj import cli
 from beacon_mj.eval.api import reports
 from beacon_mj.eval.report.check import page_problem
-from beacon_mj.eval.runs.run_folder import load_rows
+from beacon_mj.eval.runs.run_folder import RunFolder, load_rows
 from beacon_mj.eval.statistics.results import load_results
 
 SMALL = [
@@ -50,7 +50,9 @@ def test_an_evaluation_in_python_ends_with_its_page(tmp_path: Path) -> None:
         assert (results.folder / "report.html").is_file() is report
 
 
-def test_a_run_that_goes_on_writes_its_page_anew(tmp_path: Path) -> None:
+@pytest.fixture
+def half(tmp_path: Path) -> Path:
+    """A run that was interrupted, with a page of its one episode."""
     run = tmp_path / "run"
     evaluate(run, "--log", "none", "--no-report")
     lines = run / "episodes.jsonl"
@@ -58,9 +60,39 @@ def test_a_run_that_goes_on_writes_its_page_anew(tmp_path: Path) -> None:
     (run / "episodes.parquet").unlink()
     assert cli.run(["report", str(run)]) == 0
     assert "This run is not finished" in (run / "report.html").read_text()
-    assert cli.run(["eval", "--resume", "--out", str(run)]) == 0
-    assert len(load_rows(run)) == 2
-    assert "This run is not finished" not in (run / "report.html").read_text()
+    return run
+
+
+def test_a_run_that_goes_on_writes_its_page_anew(half: Path) -> None:
+    assert cli.run(["eval", "--resume", "--out", str(half)]) == 0
+    assert len(load_rows(half)) == 2
+    assert "This run is not finished" not in (half / "report.html").read_text()
+
+
+def test_a_run_that_goes_on_without_a_page_keeps_no_old_one(half: Path) -> None:
+    resume = ["eval", "--resume", "--out", str(half), "--no-report"]
+    assert cli.run(resume) == 0
+    assert len(load_rows(half)) == 2
+    assert not (half / "report.html").exists()
+    # A page of all episodes stays.
+    assert cli.run(["report", str(half)]) == 0
+    assert cli.run(resume) == 0
+    text = (half / "report.html").read_text()
+    assert page_problem(text, load_results(half)) is None
+
+
+def test_a_page_goes_as_soon_as_there_is_another_row(
+    half: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """So that a run which is killed leaves none of fewer episodes."""
+
+    def killed(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(RunFolder, "finish", killed)
+    assert cli.run(["eval", "--resume", "--out", str(half)]) == 130
+    assert len(load_rows(half)) == 2
+    assert not (half / "report.html").exists()
 
 
 def test_shards_have_no_page_but_their_merge_has(

@@ -125,6 +125,38 @@ def test_every_run_renders(name: str, tmp_path: Path) -> None:
     assert said.get(name, "Paired differences") in page.text
 
 
+def test_the_chart_of_all_planners_comes_before_the_tables(tmp_path: Path) -> None:
+    run = write_run(tmp_path / "r", ["beacon", "dstar-lite"], RUNS["several planners"])
+    body = render_report(load_results(run)).partition("<main>")[2]
+    assert 0 < body.index('<figure class="overview">') < body.index("<table>")
+
+
+def test_forces_are_drawn_only_where_there_were_contacts(tmp_path: Path) -> None:
+    for force, shown in ((0.0, False), (12.0, True)):
+        found = [
+            msgspec.structs.replace(row, filtered_peak_force_n=force)
+            for row in RUNS["one planner"]
+        ]
+        run = load_results(write_run(tmp_path / str(shown), ["mine"], found))
+        text = render_report(run)
+        assert ("Peak forces by planner" in text) is shown
+        assert ("No episode of this run had a contact." in text) is not shown
+
+
+def test_every_table_scrolls_by_itself_and_says_so_on_a_phone(tmp_path: Path) -> None:
+    run = write_run(tmp_path / "r", ["beacon", "dstar-lite"], RUNS["several planners"])
+    text = render_report(load_results(run))
+    framed = re.findall(
+        r'<figure class="table[^"]*">\n<figcaption>[^<]+</figcaption>\n'
+        r'<div class="scroll" tabindex="0"[^>]*>\n<table>',
+        text,
+    )
+    assert len(framed) == Page(text).tables >= 4
+    phone = text.partition("@media (max-width: 40rem)")[2].partition("@media")[0]
+    assert '.table > figcaption::after { content: " (scroll sideways' in phone
+    assert ".scroll { overflow-x: auto;" in text
+
+
 def test_an_unfinished_run_says_so(tmp_path: Path) -> None:
     found = rows([4.0, 5.0], [True, True], "beacon") + rows([5.0], [True], "bug1")
     path = write_run(tmp_path / "run", ["beacon", "bug1"], found)
