@@ -75,8 +75,8 @@ def _scope(rows: Rows) -> str:
     families = ", ".join(f"{n} {name}" for name, n in counts.items())
     return (
         f"### {' and '.join(rows)}\n\n{len(own)} scenes ({families}), the same in "
-        "both. Brackets are 95 % intervals: Wilson's for rates, BCa bootstrap over scenes "
-        "for means.\n"
+        "both. Brackets are 95 % intervals: Wilson's for rates, BCa bootstrap over "
+        "scenes for means.\n"
     )
 
 
