@@ -18,7 +18,8 @@ def bench(
     Parameters
     ----------
     parts
-        What to measure: episodes, generation, start-up, search; all by default.
+        What to measure: episodes, generation, scale, start-up, search; all by
+        default.
     """
     import beacon_mj
     from beacon_mj.cli.views.console import redraw, show

@@ -90,7 +90,7 @@ class RepairedSearch:
     def __init__(self, grid: Grid) -> None:
         """Search nothing yet, on a grid without costs."""
         self._engine = DStarLite(np.zeros((grid.rows, grid.cols)), grid.cell_m)
-        self._noted = [np.arange(grid.size)]
+        self._noted: list[Cells] | None = None  # All cells, at first.
 
     @property
     def expansions(self) -> int:
@@ -99,7 +99,8 @@ class RepairedSearch:
 
     def note(self, changed: Cells) -> None:
         """Remember what changed; see `FieldSearch`."""
-        self._noted.append(changed)
+        if self._noted is not None:
+            self._noted.append(changed)
 
     def update(self, costs: Costs, root: int) -> None:
         """Hand on what changed; see `FieldSearch`."""
@@ -108,7 +109,10 @@ class RepairedSearch:
             engine.set_goal(root)
         if engine.start < 0:
             engine.move_start(root)
-        cells = np.unique(np.concatenate(self._noted))
+        if self._noted is None:
+            cells = np.arange(len(engine.cost))
+        else:
+            cells = np.unique(np.concatenate(self._noted))
         self._noted = [cells[:0]]
         cost = costs(cells)
         differs = cost != engine.cost[cells]

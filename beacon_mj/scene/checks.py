@@ -189,7 +189,7 @@ def _check_learning(scene: Scene) -> None:
         field = "certificate.learning.parts.doors"
         _check_exist(field, part.doors, {o.id for o in scene.obstacles})
     door_problem(learning.parts, learning.fail_s, learning.pass_s)
-    stages = sum(len(part.stages) for part in learning.parts)
+    stages = len([stage for part in learning.parts for stage in part.stages])
     if scene.days is not UNSET and (not stages or stages % scene.days):
         raise SceneError(
             f"Expected as many stages on each of {scene.days} days but "

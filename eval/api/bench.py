@@ -1,7 +1,7 @@
 """Measuring what this machine takes for an episode, and for what it is made of."""
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -10,12 +10,28 @@ from rich.table import Table
 
 from beacon_mj.errors import RunError, one_line, unknown
 from beacon_mj.eval.runs.versions import versions
-from beacon_mj.eval.studies.bench import PARTS, Measure, medians
+from beacon_mj.eval.studies.bench import (
+    Measure,
+    episodes,
+    generation,
+    medians,
+    search,
+    start_up,
+)
+from beacon_mj.eval.studies.bench_scale import scale
 from beacon_mj.files import replacing
 from beacon_mj.recording.machine import machine
 from beacon_mj.regular_files import read_regular
 from beacon_mj.rendering.tables import Tabular, add_line, plain_table
 
+#: What can be measured, by name.
+PARTS: dict[str, Callable[[], Iterator[Measure]]] = {
+    "episodes": episodes,
+    "generation": generation,
+    "scale": scale,
+    "start-up": start_up,
+    "search": search,
+}
 MAX_BYTES = 1_000_000  #: Of a stored run.
 _TITLE = "processor time on this machine"
 _LEGEND = (
@@ -78,8 +94,8 @@ def bench(
     The same as `beacon-mj bench`.
 
     Args:
-        parts: What to measure: `episodes`, `generation`, `start-up`, `search`; all by
-            default.
+        parts: What to measure: `episodes`, `generation`, `scale`, `start-up`,
+            `search`; all by default.
         rounds: How often; the result holds medians, at least 1.
         against: A stored run to compare with.
         save: JSON file to write.

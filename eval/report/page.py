@@ -273,6 +273,8 @@ def _suites(rows: Sequence[Row]) -> list[str]:
 
 
 def _figures(summary: dict[str, Any], rows: Sequence[Row]) -> dict[str, Any]:
+    touched = any(row.filtered_peak_force_n > 0.0 for row in rows)
+    forces = Figure(_data(figures.peak_forces(rows)), "Peak forces by planner")
     return {
         "wide": _data(figures.overview(summary, wide=True)),
         "narrow": _data(figures.overview(summary, wide=False)),
@@ -282,7 +284,7 @@ def _figures(summary: dict[str, Any], rows: Sequence[Row]) -> dict[str, Any]:
             )
             for column, label in figures.PARETO
         ],
-        "forces": [Figure(_data(figures.peak_forces(rows)), "Peak forces by planner")],
+        "forces": [forces] if touched else [],
     }
 
 

@@ -251,15 +251,6 @@ def _children_s() -> float:
     return times.children_user + times.children_system
 
 
-#: What can be measured, by name.
-PARTS: dict[str, Callable[[], Iterator[Measure]]] = {
-    "episodes": episodes,
-    "generation": generation,
-    "start-up": start_up,
-    "search": search,
-}
-
-
 def medians(rounds: Sequence[Sequence[Measure]]) -> list[Measure]:
     """Return the median of each measure over rounds of the same ones."""
     return [

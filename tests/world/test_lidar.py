@@ -11,6 +11,7 @@ from beacon_mj.fidelity.benches import START_M, bench, block, obstacle
 from beacon_mj.geometry import Array
 from beacon_mj.interface import beam_angles
 from beacon_mj.scene import Robot, Scene, shapes
+from beacon_mj.scene_gen.robots import shipped_robot
 from beacon_mj.world import BaseWorld, World
 from beacon_mj.world.lidar import Lidar, scan_height_m
 from tests.worlds import WORLDS, cached_scene, drive
@@ -107,6 +108,16 @@ def test_rays_are_those_of_every_world_after_a_push(name: str) -> None:
     drive(world, *[(0.4, 0.05)] * 12)
     assert world.outlines[0].centroid[0] > scene.obstacles[0].x_m + 0.1
     found, expected = lidar.ranges_m(), brute_force(world, 360)
+    assert (np.abs(found - expected) < 2e-3).mean() > 0.98
+
+
+def test_no_beam_hits_the_wheels_or_turns_with_the_robot() -> None:
+    scene = upright(cached_scene("cluttered", 0))
+    world = World(scene, robot=shipped_robot("diff-drive"))
+    lidar = Lidar(world, 360, FAR_M)
+    drive(world, *[(0.1, 0.4)] * 15)
+    found, expected = lidar.ranges_m(), brute_force(world, 360)
+    assert found.min() >= scene.robot.radius_m
     assert (np.abs(found - expected) < 2e-3).mean() > 0.98
 
 

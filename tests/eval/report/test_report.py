@@ -131,6 +131,18 @@ def test_the_chart_of_all_planners_comes_before_the_tables(tmp_path: Path) -> No
     assert 0 < body.index('<figure class="overview">') < body.index("<table>")
 
 
+def test_forces_are_drawn_only_where_there_were_contacts(tmp_path: Path) -> None:
+    for force, shown in ((0.0, False), (12.0, True)):
+        found = [
+            msgspec.structs.replace(row, filtered_peak_force_n=force)
+            for row in RUNS["one planner"]
+        ]
+        run = load_results(write_run(tmp_path / str(shown), ["mine"], found))
+        text = render_report(run)
+        assert ("Peak forces by planner" in text) is shown
+        assert ("No episode of this run had a contact." in text) is not shown
+
+
 def test_every_table_scrolls_by_itself_and_says_so_on_a_phone(tmp_path: Path) -> None:
     run = write_run(tmp_path / "r", ["beacon", "dstar-lite"], RUNS["several planners"])
     text = render_report(load_results(run))

@@ -10,6 +10,7 @@ import beacon_mj
 from beacon_mj.errors import RunError
 from beacon_mj.eval.api.bench import Bench
 from beacon_mj.eval.studies.bench import Measure, episodes, medians, search
+from beacon_mj.eval.studies.bench_scale import scale
 from beacon_mj.planners.registry import load_planner
 from beacon_mj.world.bare import BareWorld, ScheduledWorld
 from tests.worlds import cached_scene
@@ -39,6 +40,16 @@ def test_shares_add_up_and_an_episode_costs_more_than_its_physics() -> None:
     assert min(shares[:-1]) > 0.0
     assert found["episode over bare stepping, with log"].value > 1.0
     assert found["real-time factor, with log"].value > 1.0
+
+
+def test_what_grows_with_a_room_is_measured_for_each_family_and_planner() -> None:
+    found = {m.what: m.value for m in scale(["sparse"], ["dstar-lite"])}
+    p50, p99, largest = (
+        found[f"decision of dstar-lite, {what}"] for what in ("p50", "p99", "largest")
+    )
+    assert 0.0 < p50 <= p99 <= largest
+    assert len(found) == 8
+    assert min(found.values()) > 0.0
 
 
 def test_searches_agree() -> None:

@@ -68,6 +68,7 @@ def test_what_holds_is_listed_and_what_does_not_is_named(
     assert str(run.parent) not in page
     assert "default-src &#39;none&#39;" in page or "default-src 'none'" in page
     assert not re.search(r"(src|href)\s*=|url\(|@import", page)
+    assert "<figcaption>2 planners</figcaption>" in page  # Says on phones: scroll.
 
 
 def test_a_run_again_is_a_higher_proof(good: Path, tmp_path: Path) -> None:
