@@ -13,7 +13,7 @@ import mujoco
 import numpy as np
 
 from beacon_mj.geometry import Array
-from beacon_mj.numerics import norm
+from beacon_mj.numerics import dot, norm
 from beacon_mj.pushing import PushModel
 from beacon_mj.scene import Scene
 from beacon_mj.scene_gen.mjcf import TIMESTEP_S, scene_mjcf
@@ -160,13 +160,18 @@ class PlanarWorld(BaseWorld):
             before, free.travel_m, direction
         )
         held = self._position - before - free.travel_m
-        self._velocity = free.velocity_mps
-        if norm(held) > _HELD_M:
-            self._velocity = (self._position - before) / step_s
+        kinetic_j = free.work_j
+        if norm(held) > _HELD_M:  # What is gained and lost again is no work.
+            slower = (self._position - before) / step_s
+            gained = dot(slower, slower) - dot(self._velocity, self._velocity)
+            kinetic_j = max(0.0, 0.5 * self.scene.robot.mass_kg * gained)
+            self._velocity = slower
+        else:
+            self._velocity = free.velocity_mps
         self._full = free.full
         time_s = self._step * self.scene.robot.control_period_s + (k + 1) * step_s
         self._read(touches, command, time_s, damages)
-        return work + free.work_j
+        return work + kinetic_j
 
     @property
     def _effort(self) -> float:

@@ -43,6 +43,15 @@ def fill(page: Path, run: Results) -> None:
     """Replace the generated block of a Markdown page by the tables of a run.
 
     Raises:
+        BeaconError: See `fill_block`.
+    """
+    fill_block(page, markdown(run), BEGIN)
+
+
+def fill_block(page: Path, content: str, begins: str) -> None:
+    """Replace the block of a Markdown page that begins with a comment, up to `END`.
+
+    Raises:
         RunError: If the page has no such block, or cannot be read.
         BeaconError: If it cannot be written.
     """
@@ -50,14 +59,12 @@ def fill(page: Path, run: Results) -> None:
         text = page.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise RunError(f"{page}: cannot be read: {error}.") from error
-    head, begin, rest = text.partition(BEGIN)
+    head, begin, rest = text.partition(begins)
     _, end, tail = rest.partition(END)
     if not (begin and end):
-        raise RunError(f"{page}: expected a block from {BEGIN!r} to {END!r}.")
+        raise RunError(f"{page}: expected a block from {begins!r} to {END!r}.")
     with replacing(page) as part:
-        part.write_text(
-            f"{head}{BEGIN}\n\n{markdown(run)}\n{END}{tail}", encoding="utf-8"
-        )
+        part.write_text(f"{head}{begins}\n\n{content}\n{END}{tail}", encoding="utf-8")
 
 
 def markdown(run: Results) -> str:
