@@ -7,7 +7,7 @@ and logs hold the text with its SHA-256, so that they need no file to be repeate
 import functools
 import hashlib
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 import msgspec
 from msgspec import UNSET, Meta, UnsetType
@@ -31,6 +31,8 @@ class RobotFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
         mjcf: The file's text.
     """
 
+    WORDS: ClassVar[str] = "a robot's name or its file"
+
     name: Annotated[str, Meta(pattern=_NAME)]
     sha256: str
     mjcf: Annotated[str, Meta(max_length=MAX_BYTES)]
@@ -47,6 +49,11 @@ class RobotFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
                 f"expected the file of robot {self.name!r} to have SHA-256 "
                 f"{self.sha256[:16]}... but it has {found[:16]}..."
             )
+
+    @classmethod
+    def from_text(cls, text: str) -> "RobotFile":
+        """Return what an option names; see `find_robot`."""
+        return find_robot(text)
 
     def __str__(self) -> str:
         """Return what it is chosen by: its name, or its file's if it is not shipped."""

@@ -2,6 +2,9 @@
 
 Numbers, truth values, words of a `Literal`, lists, tuples and sets of them, with or
 without brackets, `none` where a field may be None, `unset` where it may be left out.
+
+A type with a method `from_text` reads itself, and its `WORDS` say what it takes: this
+module is loaded in processes of planners, and must not load what holds the truth.
 """
 
 import math
@@ -12,8 +15,6 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 import msgspec
 from msgspec import UNSET, UnsetType
 
-from beacon_mj.scene_gen.robots import RobotFile, find_robot
-
 _OPEN, _CLOSE = "[(", "])"
 _SEQUENCES = (tuple, list, set, frozenset)
 _WORDS = {
@@ -21,7 +22,6 @@ _WORDS = {
     int: "an integer",
     bool: "true or false",
     str: "text",
-    RobotFile: "a robot's name or its file",
 }
 _NOTHING = (type(None), UnsetType)
 _LIMITS = {"ge": ">=", "gt": ">", "le": "<=", "lt": "<"}
@@ -68,7 +68,8 @@ def describe(hint: Any) -> str:
         return f"a list such as [a,b], each {describe(arguments[0])}"
     if hint is type(None):
         return "none"
-    return _WORDS.get(hint, getattr(hint, "__name__", str(hint)))
+    name = getattr(hint, "__name__", str(hint))
+    return _WORDS.get(hint, str(getattr(hint, "WORDS", name)))
 
 
 def _limits(metas: Iterable[Any]) -> str:
@@ -94,8 +95,8 @@ def _structured(text: str, hint: Any) -> Any:
         return _structured(text, rest[0]) if len(rest) == 1 else text
     if hint is bool:
         return text.lower()
-    if hint is RobotFile:
-        return find_robot(text)
+    if hasattr(hint, "from_text"):
+        return hint.from_text(text)
     if origin not in _SEQUENCES and hint not in _SEQUENCES:
         return text
     parts = _parts(text)

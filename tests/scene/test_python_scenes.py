@@ -55,8 +55,8 @@ CASES: dict[str, tuple[Callable[[], Scene], str]] = {
     "wrong type": (lambda: renamed(seed="0"), "Expected `int`, got `str`"),
     "negative seed": (lambda: renamed(seed=-1), ">= 0"),
     "too many obstacles": (
-        lambda: renamed(obstacles=(block("a"),) * 501),
-        "length <= 500",
+        lambda: renamed(obstacles=(block("a"),) * 2501),
+        "length <= 2500",
     ),
 }
 

@@ -251,8 +251,8 @@ BAD: dict[str, tuple[Edit, str]] = {
         r"door_ids to name obstacles but \['door'\] do not exist",
     ),
     "too many obstacles": (
-        lambda data: data.update(obstacles=data["obstacles"][:1] * 501),
-        "length <= 500",
+        lambda data: data.update(obstacles=data["obstacles"][:1] * 2501),
+        "length <= 2500",
     ),
 }
 

@@ -99,7 +99,7 @@ def test_the_runs_differ_in_nothing_but_what_is_known() -> None:
 RULES = {
     "max_steps", "goal_tolerance_m", "motion_cost_jpm", "battery_ends_episode",
     "stuck_after_s", "stuck_radius_m", "decision_limit_s", "memory_limit_mib",
-    "timestep_s", "overnight", "robot",
+    "timestep_s", "overnight", "robot", "world", "planar_push",
 }  # fmt: skip
 NOISE = sorted(set(Protocol.__struct_fields__) - RULES)
 NOISY = ["protocol.sensing_radius_m=0.5", "protocol.occlusion=true",
