@@ -52,16 +52,7 @@ class LimitSurfacePush:
     def advance(
         self, position: Array, travel: Array, command: Array
     ) -> tuple[Array, Touches, float]:
-        """Move the disc by `travel`, as far as what it meets gives way.
-
-        Args:
-            position: Centre of the disc, shape (2,) [m].
-            travel: Where it is driven, shape (2,) [m].
-            command: Unit vector of the drive, shape (2,).
-
-        Returns:
-            The new centre, the contacts, and the work of the push [J].
-        """
+        """Move the disc by `travel`; see `PaperPush.advance`."""
         pieces = max(1, math.ceil(norm(travel) / PIECE_M - 1e-9))
         touches, work = Touches(), 0.0
         for _ in range(pieces):

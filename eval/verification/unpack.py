@@ -68,6 +68,7 @@ def unpack(path: Path, folder: Path) -> Path:
             listed = _manifest(path, archive, entries)
             for name, said in listed.items():
                 _write(path, archive, entries[name], said, folder / name)
+    # zipfile says NotImplementedError of a compression that it does not know.
     except (zipfile.BadZipFile, NotImplementedError, EOFError, ValueError) as error:
         raise RunError(f"{path}: not a sound bundle: {error}.") from error
     run = folder / "run"

@@ -267,6 +267,7 @@ def _plain(value: Any) -> Any:
     """Return an array, or a number of NumPy's, as JSON has it."""
     if isinstance(value, np.ndarray | np.generic):
         return value.tolist()
+    # What msgspec asks of a hook that does not know a type.
     raise NotImplementedError(f"a {type(value).__name__} is no plain data")
 
 
