@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from beacon_mj.episode.protocol import Protocol
+from beacon_mj.episode.protocol import PRESETS, Protocol
 from beacon_mj.eval.metrics.row import Row, rows_sha256
 from beacon_mj.eval.report.leaderboard import Line, Share
 from beacon_mj.eval.runs.config import PlannerEntry, RunConfig
@@ -74,14 +74,22 @@ def _mean(mean: float, low: float | None, high: float | None) -> str:
 
 def _conditions(config: RunConfig, entry: PlannerEntry, row: Row) -> str:
     """Return what lines must share to be compared."""
-    protocol, usual = config.protocol_of(entry.name), Protocol()
-    changed = [
-        f"{field}={getattr(protocol, field)}"
-        for field in Protocol.__struct_fields__
-        if getattr(protocol, field) != getattr(usual, field)
-    ]
-    told = ", ".join(changed) or "default protocol"
-    return f"{suite_title(row.suite)}, perception {row.perception}, {told}"
+    protocol = told(config.protocol_of(entry.name))
+    return f"{suite_title(row.suite)}, perception {row.perception}, {protocol}"
+
+
+def told(protocol: Protocol) -> str:
+    """Return the preset that is nearest to a protocol, and what differs from it."""
+    changed = {
+        name: [
+            f"{field}={getattr(protocol, field)}"
+            for field in Protocol.__struct_fields__
+            if getattr(protocol, field) != getattr(Protocol.preset(name), field)
+        ]
+        for name in PRESETS
+    }
+    nearest = min(PRESETS, key=lambda name: len(changed[name]))
+    return ", ".join([f"protocol {nearest}", *changed[nearest]])
 
 
 def _origin(entry: PlannerEntry) -> str:

@@ -5,14 +5,17 @@ import re
 import shutil
 from pathlib import Path
 
+import msgspec
 import pytest
 
 import beacon_mj
 from beacon_mj import cli
+from beacon_mj.episode.protocol import PRESETS, Protocol
 from beacon_mj.errors import RunError
 from beacon_mj.eval.metrics.row import rows_sha256
 from beacon_mj.eval.report.leaderboard import render_leaderboard
 from beacon_mj.eval.runs.run_folder import load_rows
+from beacon_mj.eval.verification.submissions import told
 
 SHORT = {"protocol.max_steps": 30, "protocol.decision_limit_s": 3600}
 
@@ -53,7 +56,7 @@ def test_what_holds_is_listed_and_what_does_not_is_named(
     assert found.path == tmp_path / "site" / "index.html"
     text = html.unescape(re.sub(r"<[^>]+>", " ", page))
     for words in (
-        "suite paper-v1, perception noisy, ",
+        "suite paper-v1, perception noisy, protocol paper, ",
         "max_steps=30",
         "clairvoyant* (oracle)",
         "0.0 [0.0, 65.8]",  # Wilson's interval of 0 of 2.
@@ -69,6 +72,14 @@ def test_what_holds_is_listed_and_what_does_not_is_named(
     assert "default-src &#39;none&#39;" in page or "default-src 'none'" in page
     assert not re.search(r"(src|href)\s*=|url\(|@import", page)
     assert "<figcaption>2 planners</figcaption>" in page  # Says on phones: scroll.
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_a_protocol_is_told_as_the_nearest_preset_and_what_differs(name: str) -> None:
+    preset = Protocol.preset(name)
+    assert told(preset) == f"protocol {name}"
+    other = msgspec.structs.replace(preset, max_steps=30)
+    assert told(other) == f"protocol {name}, max_steps=30"
 
 
 def test_a_run_again_is_a_higher_proof(good: Path, tmp_path: Path) -> None:
