@@ -31,8 +31,11 @@ def dot(a: Array, b: Array) -> float:
 
 
 def norm(vector: Array) -> float:
-    """Return the Euclidean length of a vector (d,)."""
-    return math.sqrt(dot(vector, vector))
+    """Return the Euclidean length of a vector (d,): the root of `dot` with itself."""
+    total = 0.0
+    for x in vector.tolist():
+        total += x * x
+    return math.sqrt(total)
 
 
 def norms(vectors: Array) -> Array:
