@@ -177,11 +177,10 @@ def polyline_length(path: Array) -> float:
 def convex_hull(points: Array) -> Array:
     """Counter-clockwise convex hull of points (m, 2), shape (k, 2), k >= 1 [m]."""
     hull = shapely.convex_hull(shapely.multipoints(points))
-    if hull.geom_type == "Point":
-        return np.array(hull.coords)
-    if hull.geom_type == "LineString":
-        return np.array(hull.coords)
-    ring = np.array(hull.exterior.coords)[:-1]
+    ring: Array = shapely.get_coordinates(hull)
+    if hull.geom_type != "Polygon":  # A point, or a line.
+        return ring
+    ring = ring[:-1]
     return ring if polygon_area(ring) > 0 else ring[::-1].copy()
 
 

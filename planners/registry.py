@@ -54,12 +54,16 @@ def planner_names() -> dict[str, str]:
     A third party's planner cannot take the name of a built-in one.
     """
     third = {e.name: e.value for e in entry_points(group=GROUP)}
-    return third | PAPER | OURS | REFERENCE
+    return third | _shipped()
+
+
+def _shipped() -> dict[str, str]:
+    return PAPER | OURS | REFERENCE
 
 
 def is_shipped(spec: str) -> bool:
     """Whether a planner is one of this package, and no third party's."""
-    return spec in PAPER | OURS | REFERENCE
+    return spec in _shipped()
 
 
 def file_planner(spec: str) -> str | None:
@@ -95,7 +99,9 @@ def load_planner(spec: str) -> tuple[str, type[Planner]]:
     path, _, member = spec.rpartition(":")
     if path.endswith(".py"):
         return member, _from_file(spec, Path(path), member)
-    name, known = ALIASES.get(spec, spec), planner_names()
+    name, known = ALIASES.get(spec, spec), _shipped()
+    if name not in known:
+        known = planner_names()  # Reads the metadata of all that is installed.
     if name not in known:
         raise PlannerError(unknown("planner", spec, [*known, *ALIASES]))
     return name, _from_module(spec, known[name])

@@ -57,9 +57,10 @@ def _local_points(model: Any, geom: int, coarse: Container[int]) -> Array:
         mesh = model.geom_dataid[geom]
         start, count = model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]
         points = model.mesh_vert[start : start + count].astype(float)
-        if mesh in coarse:
-            return np.asarray(points[_limited_hull(model, mesh)])
-        return _hull_vertices(points)
+        known = _known_hull(model, mesh)
+        if mesh in coarse or len(known) == count:
+            return np.asarray(points[known])
+        return _hull_vertices(points)  # MuJoCo's has other tolerances.
     if kind == mujoco.mjtGeom.mjGEOM_BOX:
         corners = shapes.Box(
             length_m=2 * size[0], width_m=2 * size[1], height_m=2 * size[2]
@@ -70,8 +71,10 @@ def _local_points(model: Any, geom: int, coarse: Container[int]) -> Array:
     return _round_points(size, kind)
 
 
-def _limited_hull(model: Any, mesh: int) -> Array:
-    """Return which vertices of a mesh are its hull's in MuJoCo, (k,)."""
+def _known_hull(model: Any, mesh: int) -> Array:
+    """Return which vertices of a mesh are its hull's in MuJoCo, (k,); maybe none."""
+    if model.mesh_graphadr[mesh] < 0:
+        return np.empty(0, int)
     # The record of a hull: k, the number of faces, k addresses of edges, k vertices.
     record = model.mesh_graph[model.mesh_graphadr[mesh] :]
     count = int(record[0])

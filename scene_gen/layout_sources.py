@@ -1,6 +1,10 @@
 """Where the source of a layout of one's own is: read and hashed here, never run."""
 
+import functools
 import importlib.util
+import os
+import sys
+from collections.abc import Iterator
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 
@@ -21,7 +25,23 @@ def layout_file(folder: Path) -> Path | None:
 
 def layout_entry_point(name: str) -> EntryPoint | None:
     """Return the installed entry point of a layout, if there is one."""
-    return next(iter(entry_points(group=GROUP, name=name)), None)
+    found = _entry_points(tuple(_installed()))
+    return next((point for point in found if point.name == name), None)
+
+
+@functools.lru_cache(maxsize=1)
+def _entry_points(installed: tuple[object, ...]) -> tuple[EntryPoint, ...]:
+    """Return the layouts of all packages, read again where one was installed since."""
+    return tuple(entry_points(group=GROUP))
+
+
+def _installed() -> Iterator[tuple[str, int]]:
+    """Yield each folder of packages, and when something last came or went there."""
+    for folder in sys.path:
+        try:
+            yield folder, os.stat(folder or ".").st_mtime_ns
+        except OSError:
+            yield folder, 0
 
 
 def layout_source(folder: Path, name: str) -> list[bytes]:

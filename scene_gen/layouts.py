@@ -16,9 +16,10 @@ import numpy as np
 import shapely
 
 from beacon_mj.geometry import Array
-from beacon_mj.scene import Obstacle
-from beacon_mj.scene_gen.neighbours import Neighbours
+from beacon_mj.scene import Obstacle, shapes
+from beacon_mj.scene_gen.neighbours import Neighbours, inscribed_m
 from beacon_mj.scene_gen.prototypes import DECIMALS
+from beacon_mj.scene_gen.rooms import Bounds
 from beacon_mj.scene_gen.rooms import Point as Point
 from beacon_mj.scene_gen.sampling import Sampler
 
@@ -94,18 +95,24 @@ def add_scattered(
     Raises:
         NoRoomError: If one of them found no place.
     """
-    spacing, room = sampler.family.value("spacing"), shapely.box(*sampler.workspace_m)
+    spacing, workspace_m = sampler.family.value("spacing"), sampler.workspace_m
     others = Neighbours(o.outline for o in placed)
     if count is None:
         count = sampler.count("obstacle_count")
     for _ in range(count):
         shape, interaction = sampler.shape(), sampler.interaction()
         template = sampler.obstacle(shape, interaction)
+        footprint = shapes.footprint(shape)
+        inner_m = inscribed_m(footprint.polygon(), (0.0, 0.0))
         for _ in range(_TRIES):
             candidate = at(template, _anywhere(sampler), sampler.yaw())
-            if _fits(candidate.outline, others, forbidden, spacing, room):
+            place = candidate.x_m, candidate.y_m
+            if others.disc_within(place, inner_m, spacing):
+                continue  # Most are refused here, before they have an outline.
+            outline = footprint.moved(*place, candidate.yaw_rad).polygon()
+            if _fits(outline, others, forbidden, spacing, workspace_m):
                 placed.append(candidate)
-                others.add(candidate.outline)
+                others.add(outline)
                 break
         else:
             raise NoRoomError(len(placed))
@@ -137,9 +144,12 @@ def _fits(
     others: Neighbours,
     forbidden: list[shapely.Geometry],
     spacing: float,
-    room: shapely.Geometry,
+    workspace_m: Bounds,
 ) -> bool:
-    if not room.covers(outline):
+    west, south, east, north = outline.bounds
+    if west < workspace_m[0] or south < workspace_m[1]:
+        return False
+    if east > workspace_m[2] or north > workspace_m[3]:
         return False
     if shapely.intersects(outline, forbidden).any():
         return False

@@ -196,15 +196,15 @@ def _turn_x_to(direction: Array) -> tuple[float, float, float, float]:
 def set_pose(pose: Any, position: Values, wxyz: Values) -> None:
     """Write a position [m] and a quaternion."""
     p, q = pose.position, pose.orientation
-    p.x, p.y, p.z = (float(v) for v in position)
-    q.w, q.x, q.y, q.z = (float(v) for v in wxyz)
+    p.x, p.y, p.z = position
+    q.w, q.x, q.y, q.z = wxyz
 
 
 def set_size(size: Any, values: Values) -> None:
     """Write the size along x, y, z [m]."""
-    size.x, size.y, size.z = (float(v) for v in values)
+    size.x, size.y, size.z = values
 
 
 def set_colour(colour: Any, rgba: Values) -> None:
     """Write red, green, blue and opacity, 0 to 1."""
-    colour.r, colour.g, colour.b, colour.a = (float(v) for v in rgba)
+    colour.r, colour.g, colour.b, colour.a = rgba

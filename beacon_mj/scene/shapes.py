@@ -28,7 +28,12 @@ RIM_FACETS = 24
 
 
 class _Shape(
-    msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag=str.lower
+    msgspec.Struct,
+    frozen=True,
+    kw_only=True,
+    forbid_unknown_fields=True,
+    tag=str.lower,
+    dict=True,
 ):
     """Base of all shapes; `type` in JSON is the class name in lower case."""
 
@@ -180,7 +185,17 @@ def name_of(shape: Shape) -> str:
 
 
 def footprint(shape: Shape) -> Footprint:
-    """Return the outline on the floor of an upright shape, in its own frame."""
+    """Return the outline on the floor of an upright shape, in its own frame.
+
+    A shape keeps it: an obstacle is tried in many places, and looked at many times.
+    """
+    known: Footprint | None = shape.__dict__.get("footprint")
+    if known is None:
+        known = shape.__dict__["footprint"] = _footprint(shape)
+    return known
+
+
+def _footprint(shape: Shape) -> Footprint:
     if isinstance(shape, Cylinder):
         return Footprint(np.zeros((1, 2)), shape.radius_m)
     points, radius = shape.core()

@@ -5,6 +5,7 @@ steps run in one call as the robot needs at least to reach the nearest; otherwis
 contact forces are read after each step.
 """
 
+import copy
 import math
 from collections.abc import Callable
 
@@ -76,6 +77,7 @@ class World(BaseWorld):
         self.model = _compiled(self.mjcf, scene.name)
         self.data = mujoco.MjData(self.model)
         self._watch = watch
+        self._settled: mujoco.MjData | None = None
         self._substeps = _whole(scene.robot.control_period_s, timestep_s)
         self._impossible_n = IMPOSSIBLE * _impact_n(self.robot)
         self._origin = np.array(scene.start_m)
@@ -94,14 +96,15 @@ class World(BaseWorld):
     def reset(self, left: Left | None = None) -> None:
         """Return to the settled start of the episode, at time zero.
 
+        The scene settles once: one whose model was altered by hand does not again.
+
         Args:
             left: How the room was left the day before; None for the scene's own places.
         """
         mujoco.mj_resetData(self.model, self.data)
         self._forget(left)
         self._drive.reset()
-        self._settle()
-        self.data.time = 0.0
+        self._settle(kept=left is None)
         self._bodies.reset()
         if left is not None:
             self._bodies.newly_toppled()  # What lies there fell the day before.
@@ -236,8 +239,22 @@ class World(BaseWorld):
         )  # fmt: skip
         self._weigh(largest, command, data.time, damages)
 
-    def _settle(self) -> None:
-        """Let obstacles come to rest."""
+    def _settle(self, *, kept: bool) -> None:
+        """Let obstacles come to rest, and begin at time zero.
+
+        Args:
+            kept: Whether the room is the scene's own; how that settles is kept.
+        """
+        if kept and self._settled is not None:
+            mujoco.mj_copyData(self.data, self.model, self._settled)
+            return
+        self._come_to_rest()
+        self.data.time = 0.0
+        if kept:
+            self._settled = copy.copy(self.data)
+
+    def _come_to_rest(self) -> None:
+        """Take physics steps until everything sleeps, or for `SETTLE_S`."""
         for _ in range(round(SETTLE_S / (50 * self._timestep_s))):
             mujoco.mj_step(self.model, self.data, nstep=50)
             if self.data.ntree_awake <= 1:

@@ -25,7 +25,7 @@ from beacon_mj.eval.runs.jobs import (
     run_job,
 )
 from beacon_mj.eval.runs.missions import by_mission
-from beacon_mj.eval.runs.warm_up import compile_kernels
+from beacon_mj.eval.runs.warm_up import compile_kernels, load_kernels
 from beacon_mj.eval.runs.worker_process import in_folder, prepare_worker
 
 NOBODY: Handovers = MappingProxyType({})
@@ -86,8 +86,9 @@ def run_jobs(
     Raises:
         BeaconError: If a scene cannot be made or read.
     """
-    compile_kernels(entry.spec for entry in config.planners)
-    work = partial(run_job, config, folder, handed)
+    specs = tuple(entry.spec for entry in config.planners)
+    compile_kernels(specs)
+    work = partial(_work, specs, partial(run_job, config, folder, handed))
     if workers == 1:
         for attempt in map(work, jobs):
             yield told(attempt, on_fault)
@@ -104,6 +105,12 @@ def run_jobs(
             left = {job: None for job in left if job not in sent}
             for attempt in _alone(config, work, suspects):
                 yield told(attempt, on_fault)
+
+
+def _work(specs: Iterable[str], run: Callable[[Job], Attempt], job: Job) -> Attempt:
+    """Run a job in a process that has loaded all machine code before."""
+    load_kernels(specs)
+    return run(job)
 
 
 def told(attempt: Attempt, on_fault: Callable[[Fault], None]) -> list[Row]:

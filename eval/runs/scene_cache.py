@@ -122,12 +122,17 @@ def _read(path: Path) -> Scene | None:
 def _write(path: Path, scene: Scene) -> None:
     """Keep a scene, whole or not at all; a full disk or a read-only one is no error."""
     text = scene.to_json()
+    write_entry(path, _digest(path, text) + b"\n" + text)
+
+
+def write_entry(path: Path, content: bytes) -> None:
+    """Write a file of the cache, and make room for it."""
     with suppress(OSError):
         path.parent.mkdir(parents=True, exist_ok=True)
         part = NamedTemporaryFile(dir=path.parent, delete=False)
         try:
             with part:
-                part.write(_digest(path, text) + b"\n" + text)
+                part.write(content)
             os.replace(part.name, path)
         finally:
             Path(part.name).unlink(missing_ok=True)

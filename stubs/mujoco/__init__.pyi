@@ -22,6 +22,7 @@ from mujoco._enums import mjtState as mjtState
 from mujoco._enums import mjtWarning as mjtWarning
 from mujoco._functions import mj_camlight as mj_camlight
 from mujoco._functions import mj_contactForce as mj_contactForce
+from mujoco._functions import mj_copyData as mj_copyData
 from mujoco._functions import mj_energyPos as mj_energyPos
 from mujoco._functions import mj_energyVel as mj_energyVel
 from mujoco._functions import mj_forward as mj_forward

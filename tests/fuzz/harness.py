@@ -20,7 +20,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from beacon_mj.errors import BeaconError
-from beacon_mj.eval.runs.warm_up import compile_kernels
+from beacon_mj.eval.runs.warm_up import compile_kernels, load_kernels
 
 T = TypeVar("T")
 CORPUS = Path(__file__).parent / "corpus"
@@ -88,6 +88,7 @@ class Kind:
         @pytest.mark.slow
         def test() -> None:
             compile_kernels()  # Not in the time of the first input that needs them.
+            load_kernels()
             self.run_seeds(range(INPUTS))
             failures = TALLIES[self.name].failures
             assert not failures, f"seed by failure: {failures}"

@@ -11,8 +11,9 @@ from tests.repository import REPOSITORY
 
 #: Compile in a fresh cache, then run episodes whose decisions have a tight limit.
 PROGRAM = """
-from beacon_mj.eval.runs.warm_up import compile_kernels
+from beacon_mj.eval.runs.warm_up import compile_kernels, load_kernels
 compile_kernels()
+load_kernels()
 from beacon_mj import Protocol, generate_scene, load_planner, run_episode
 tight = Protocol(decision_limit_s={limit})
 for name in ("beacon", "dstar-lite", "bug2", "semantic"):
@@ -40,7 +41,7 @@ def test_no_decision_waits_for_the_compiler(tmp_path: Path) -> None:
 #: Warm up for one planner, then print the kernels that its episodes need beside.
 MISSED = """
 import sys
-from beacon_mj.eval.runs.warm_up import compile_kernels
+from beacon_mj.eval.runs.warm_up import compile_kernels, load_kernels
 from beacon_mj import load_planner, run_episode
 from numba.core.dispatcher import Dispatcher
 from tests.worlds import cached_scene
@@ -55,6 +56,7 @@ def compiled():
     }}
 scenes = [cached_scene(f, 1) for f in ("collision-required", "cluttered")]
 compile_kernels([{name!r}])
+load_kernels([{name!r}])
 before = compiled()
 assert before
 for scene in scenes:
@@ -63,10 +65,55 @@ sys.exit(str(compiled() - before) if compiled() - before else 0)
 """
 
 
-@pytest.mark.parametrize("name", ["bug2", "dstar-lite", "semantic"])
+@pytest.mark.parametrize("name", ["bug2", "dstar-lite", "semantic", "beacon-voi"])
 def test_kernels_of_one_planner_are_enough_for_it(name: str) -> None:
     done = subprocess.run(
         [sys.executable, "-c", MISSED.format(name=name)],
         cwd=REPOSITORY, capture_output=True, text=True,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
+
+
+#: Make the kernels of a planner ready; print tours, and what came from disk and not.
+LOADED = """
+from beacon_mj.eval.runs import warm_up
+tours = []
+warm_up._tour = tours.append
+warm_up.compile_kernels(["dstar-lite"])
+warm_up.load_kernels(["dstar-lite"])
+from beacon_mj.jit import KERNELS, types_in_use
+hits = [sum(KERNELS[k].stats.cache_hits.values()) for k in types_in_use()]
+misses = [sum(KERNELS[k].stats.cache_misses.values()) for k in types_in_use()]
+print(tours, len(hits) > 10 and all(hits), sum(misses))
+"""
+
+
+def test_a_second_process_loads_machine_code_and_runs_nothing(tmp_path: Path) -> None:
+    environment = os.environ | {"BEACON_MJ_CACHE": str(tmp_path)}
+
+    def call(code: str) -> str:
+        return subprocess.run(
+            [sys.executable, "-c", code],
+            cwd=REPOSITORY, env=environment, capture_output=True, text=True, check=True,
+        ).stdout.strip()  # fmt: skip
+
+    compiled = "from beacon_mj.eval.runs.warm_up import compile_kernels"
+    assert call(LOADED) == "['dstar-lite'] False 0"
+    call(f"{compiled}; compile_kernels(['dstar-lite'])")
+    assert call(LOADED) == "[] True 0"
+
+
+def test_a_list_of_what_is_not_on_disk_counts_for_nothing(tmp_path: Path) -> None:
+    code = """
+from beacon_mj.eval.runs import machine_code
+machine_code.types_in_use = lambda: {"beacon_mj.geometry:_signed_distances": ["(x,)"]}
+machine_code.keep("mine")
+print(machine_code.kept("mine"), machine_code.kept("other"))
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=REPOSITORY, env=os.environ | {"BEACON_MJ_CACHE": str(tmp_path)},
+        capture_output=True, text=True,
+    )  # fmt: skip
+    assert done.stdout.strip() == "None None", done.stderr
+    assert [*(tmp_path / "kernels").iterdir()]
