@@ -12,8 +12,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from beacon_mj.geometry import Array
+from beacon_mj.geometry import Array, Mask
 from beacon_mj.interface import Observation, SensedObstacle, Task
+from beacon_mj.motion.grid import Cells
 from beacon_mj.numerics import norm
 
 BEARINGS = 24  #: Directions in which the known map is felt out, evenly all round.
@@ -74,13 +75,14 @@ class Features:
         if distance_m > 1e-6:
             self._ahead = (away[0] / distance_m, away[1] / distance_m)
         self._frames.append(self._frame(observation))
-        parts = [
+        parts: list[Sequence[float] | Array] = [
             [min(distance_m, 10.0) / 10.0, min(distance_m, 1.0)],
             *reversed(self._frames),
             self._past(observation.position_m),
             self._surroundings(observation),
         ]
-        return np.clip(np.concatenate(parts), -2.0, 2.0)
+        whole = np.concatenate([np.asarray(part) for part in parts])
+        return np.asarray(np.clip(whole, -2.0, 2.0))
 
     def velocity_share(self, action: Array) -> Array:
         """Return the share of the speed that an action stands for, shape (2,).
@@ -122,8 +124,8 @@ class Features:
         blocked, first = self._blocked(points, observation)
         traits = np.array([*map(self._traits, observation.obstacles), WALL])
         stays = (traits[:, 0] >= 0.5) | (traits[:, 2] >= 0.5)
-        free = _free_share(blocked.any(axis=2))
-        hard = _free_share(blocked[:, :, stays].any(axis=2))
+        free = _free_share(np.asarray(blocked.any(axis=2)))
+        hard = _free_share(np.asarray(blocked[:, :, stays].any(axis=2)))
         met = traits[first] * (free < 1.0)[:, None]
         return np.concatenate([free, hard, *met.T])
 
@@ -134,7 +136,7 @@ class Features:
         turned = np.stack([(c * x - s * y) * radii, (s * x + c * y) * radii], axis=-1)
         return turned.reshape(-1, 2)
 
-    def _blocked(self, points: Array, observation: Observation) -> tuple[Array, Array]:
+    def _blocked(self, points: Array, observation: Observation) -> tuple[Mask, Cells]:
         """Return what stands in the way: (b, r, n + 1), and the first one, (b,).
 
         The last column is the outer wall.
@@ -150,7 +152,7 @@ class Features:
         blocked = all_gaps < self._task.radius_m
         rows = np.arange(BEARINGS)
         nearest = all_gaps.argmin(axis=2)
-        return blocked, nearest[rows, blocked.any(axis=2).argmax(axis=1)]
+        return blocked, nearest[rows, np.asarray(blocked.any(axis=2)).argmax(axis=1)]
 
     def _traits(self, obstacle: SensedObstacle) -> tuple[float, float, float]:
         """Return three numbers, as of `WALL`."""
@@ -169,7 +171,7 @@ def _chances(scores: Sequence[float]) -> tuple[float, float]:
     return (scores[0] / total, scores[2] / total) if total > 0.0 else (1 / 3, 1 / 3)
 
 
-def _free_share(blocked: Array) -> Array:
+def _free_share(blocked: Mask) -> Array:
     """Return the share of the radii before the first that is blocked, shape (b,).
 
     Args:

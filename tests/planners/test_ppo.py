@@ -143,10 +143,11 @@ def test_the_network_is_products_and_relu(tmp_path: Path) -> None:
     shapes = [(4, 3), (5, 4), (2, 5)]
     weights = [rng.normal(size=s).astype(np.float32) for s in shapes]
     biases = [rng.normal(size=s[0]).astype(np.float32) for s in shapes]
-    named = {f"weight_{k}": w for k, w in enumerate(weights)}
-    np.savez(path, **named, **{f"bias_{k}": b for k, b in enumerate(biases)})
+    named: dict[str, Any] = {f"weight_{k}": w for k, w in enumerate(weights)}
+    named |= {f"bias_{k}": b for k, b in enumerate(biases)}
+    np.savez(path, **named)
     x = rng.normal(size=3)
-    y = x
+    y: Any = x
     for k in range(3):
         y = weights[k] @ (np.maximum(y, 0.0) if k else y) + biases[k]
     np.testing.assert_allclose(load_network(path, 3, 2)(x), y, rtol=1e-6)
