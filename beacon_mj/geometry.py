@@ -109,6 +109,10 @@ class Footprints:
         """
         return np.asarray(self.distances(point.reshape(1, 2))[0])
 
+    def least_distance(self, point: Array) -> float:
+        """Signed distance from `point` (2,) to the nearest footprint; inf if none."""
+        return float(_least_distance(point, self.vertices, self.radius))
+
     def distances(self, points: Array) -> Array:
         """Signed distance from each of `points` (m, 2), shape (m, n) [m]."""
         out = np.empty((len(points), len(self)))
@@ -312,6 +316,15 @@ def _signed_distances(
             out[j, i] = signed_distance(
                 points[j, 0], points[j, 1], vertices[i], radius[i]
             )
+
+
+@kernel
+def _least_distance(point: Array, vertices: Array, radius: Array) -> float:
+    least = np.inf
+    for i in range(vertices.shape[0]):
+        gap = signed_distance(point[0], point[1], vertices[i], radius[i])
+        least = min(least, gap)
+    return least
 
 
 @kernel

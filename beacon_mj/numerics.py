@@ -24,6 +24,10 @@ Array = NDArray[np.float64]
 
 def dot(a: Array, b: Array) -> float:
     """Return the scalar product of two vectors (d,), summed from the left."""
+    if len(a) == len(b) == 2:  # Nearly all are; without a loop it takes a third.
+        ax, ay = a.tolist()
+        bx, by = b.tolist()
+        return float(0.0 + ax * bx + ay * by)  # The 0.0 makes -0.0 the sum's 0.0.
     total = 0.0
     for x, y in zip(a.tolist(), b.tolist(), strict=True):
         total += x * y
@@ -32,6 +36,9 @@ def dot(a: Array, b: Array) -> float:
 
 def norm(vector: Array) -> float:
     """Return the Euclidean length of a vector (d,)."""
+    if len(vector) == 2:
+        x, y = vector.tolist()
+        return math.sqrt(x * x + y * y)
     return math.sqrt(dot(vector, vector))
 
 
@@ -45,7 +52,9 @@ def rotated(vectors: Array, angle: float) -> Array:
     """Return planar vectors (..., 2) turned counter-clockwise by `angle` [rad]."""
     c, s = math.cos(angle), math.sin(angle)
     x, y = vectors[..., 0], vectors[..., 1]
-    return np.stack([x * c - y * s, x * s + y * c], axis=-1)
+    out = np.empty(vectors.shape)
+    out[..., 0], out[..., 1] = x * c - y * s, x * s + y * c
+    return out
 
 
 def rotated_3d(points: Array, rotation: Array) -> Array:

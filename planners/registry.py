@@ -37,6 +37,7 @@ REFERENCE = {
     "impact": "beacon_mj.planners.impact:Impact",
     "mppi": "beacon_mj.planners.mppi:Mppi",
     "namo": "beacon_mj.planners.namo:Namo",
+    "ppo": "beacon_mj.planners.ppo:Ppo",
     "push-through": "beacon_mj.planners.push_through:PushThrough",
     "ctp-optimist": "beacon_mj.planners.ctp_optimist:CtpOptimist",
     "ctp-hindsight": "beacon_mj.planners.ctp_hindsight:CtpHindsight",

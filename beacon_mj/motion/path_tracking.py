@@ -83,9 +83,20 @@ def follow(
 
 def remainder(path: Array, progress_m: float) -> Array:
     """Return what is left of a path after an arc length, shape (p, 2), p >= 1 [m]."""
+    return _remainder(path, progress_m)
+
+
+@kernel
+def _remainder(path: Array, progress_m: float) -> Array:
+    """Fill an array with what is left; see `remainder`."""
     arc = _arc_lengths(path)
-    x, y = _point_at(path, arc, progress_m)
-    return np.concatenate([[(x, y)], path[arc > progress_m]])
+    first = 0
+    while first < path.shape[0] and not arc[first] > progress_m:
+        first += 1
+    left = np.empty((path.shape[0] - first + 1, 2))
+    left[0, 0], left[0, 1] = _point_at(path, arc, progress_m)
+    left[1:] = path[first:]
+    return left
 
 
 @kernel

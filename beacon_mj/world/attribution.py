@@ -23,10 +23,13 @@ class Attribution:
         Obstacles not reached in this step keep their last chain, for they may coast.
         """
         neighbours: dict[str, list[str]] = {}
+        self._linked = set()
         for contact in contacts:
             if contact.filtered_peak_n > LINK_N:
                 neighbours.setdefault(contact.obstacle, []).append(contact.counterpart)
                 neighbours.setdefault(contact.counterpart, []).append(contact.obstacle)
+        if not neighbours:
+            return
         reached: dict[str, tuple[str, ...]] = {ROBOT: ()}
         queue = deque([ROBOT])
         while queue:
@@ -45,6 +48,8 @@ class Attribution:
 
         What moves them later has a cause of its own.
         """
+        if not self.chains:
+            return
         self.chains = {
             name: chain
             for name, chain in self.chains.items()

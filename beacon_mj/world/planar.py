@@ -197,8 +197,7 @@ class PlanarWorld(BaseWorld):
         x, y = self._position.tolist()
         west, south, east, north = self.scene.workspace_m
         gap = min(x - west, east - x, y - south, north - y)
-        if len(self.footprints):
-            gap = min(gap, float(self.footprints.distance(self._position).min()))
+        gap = min(gap, self.footprints.least_distance(self._position))
         reach_m = gap - self.scene.robot.radius_m - _NEAR_M
         fastest = max(norm(command), norm(self._velocity))
         return int(reach_m / max(fastest * self._timestep_s, 1e-9))

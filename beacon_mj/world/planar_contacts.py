@@ -4,8 +4,10 @@
 """
 
 from dataclasses import dataclass, field
+from functools import cache
 
 import numpy as np
+from numpy.typing import NDArray
 
 from beacon_mj.geometry import Array
 from beacon_mj.numerics import norm
@@ -61,6 +63,12 @@ class Touches:
         return ct.accumulate(
             np.array(self.pairs, np.int32).reshape(-1, 2),
             np.arange(0, 3 * count, 3, dtype=np.int32),
-            frames, points, forces.ravel(), np.arange(entities),
+            frames, points, forces.ravel(), _themselves(entities),
             table.ids, table.values, table.window, table.count, timestep_s,
         )  # fmt: skip
+
+
+@cache
+def _themselves(entities: int) -> NDArray[np.int64]:
+    """Return the entity of each geom: there are no geoms but the entities."""
+    return np.arange(entities)

@@ -49,9 +49,9 @@ def driven(velocity: Array, command: Array, robot: Robot, time_s: float) -> Driv
         time_s: Time [s].
     """
     change = command - velocity
-    if not change.any():
-        return Driven(time_s * command, command, 0.0, False)
     size, gain = norm(change), robot.force_max_n / robot.mass_kg
+    if size == 0.0 and not change.any():
+        return Driven(time_s * command, command, 0.0, False)
     ramp_s = size / gain
     if ramp_s <= time_s:
         # The mean velocity of the ramp, then the command.

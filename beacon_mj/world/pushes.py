@@ -72,7 +72,7 @@ class PushMonitor:
     @property
     def active(self) -> bool:
         """Whether any obstacle is not idle."""
-        return bool(self.table[:, PHASE].any())
+        return bool(np.count_nonzero(self.table[:, PHASE]))
 
     def broke(self, index: int, time_s: float, force_n: float) -> None:
         """Note that an obstacle broke: evidence, whether or not it was pushed."""
@@ -84,6 +84,8 @@ class PushMonitor:
 
     def collect(self) -> tuple[AttemptEnd, ...]:
         """Return the attempts that ended with evidence since the last call."""
+        if not np.count_nonzero(self.table[:, RESULT]):
+            return ()
         ended = np.flatnonzero(self.table[:, RESULT])
         ends = tuple(self._end(int(i)) for i in ended)
         self.table[ended, RESULT] = 0.0

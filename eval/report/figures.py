@@ -78,7 +78,7 @@ def overview(summary: dict[str, Any], *, wide: bool) -> str:
         panels = figure.subplots(down, across, sharey=True, squeeze=False).ravel()
     rates = ("success", "clean_success")
     for axes, label in zip(panels, OVERVIEW, strict=True):
-        _frame(axes, label, "")
+        frame(axes, label, "")
         axes.grid(axis="y", visible=False)
     for k, name in enumerate(names):
         colour, marker = style(name, names)
@@ -262,11 +262,11 @@ def panel(x: str, y: str) -> tuple[Figure, Axes]:
     with mpl.rc_context({"font.size": 9}):
         figure = Figure(figsize=SIZE_IN, layout="constrained")
         axes = figure.add_subplot()
-    _frame(axes, x, y)
+    frame(axes, x, y)
     return figure, axes
 
 
-def _frame(axes: Axes, x: str, y: str) -> None:
+def frame(axes: Axes, x: str, y: str) -> None:
     """Label a panel, and take away what is no data."""
     axes.set_xlabel(x, color=INK)
     axes.set_ylabel(y, color=INK)

@@ -1,10 +1,9 @@
 """What survives physics: the same planners on the same scenes in several worlds.
 
-Markdown of a page, from runs and from single pushes; no number of ours is typed.
+Markdown of a page, from runs; no number of ours is typed.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from statistics import median
+from collections.abc import Callable, Mapping, Sequence
 
 from beacon_mj.errors import RunError
 from beacon_mj.eval.metrics.row import Row
@@ -15,10 +14,8 @@ from beacon_mj.eval.statistics.intervals import (
     rank_correlation_interval,
     wilson_interval,
 )
-from beacon_mj.eval.studies.push_trials import Push
 
 Rows = Mapping[str, Mapping[str, Sequence[Row]]]  #: By world, then by planner.
-MASSES_KG = (2.0, 5.0, 12.0)  #: Ends of the classes of mass.
 BASELINE = "beacon"
 _METRICS: Mapping[str, Callable[[Row], float]] = {
     "success": lambda row: 100.0 * row.success,
@@ -74,7 +71,7 @@ def _scope(rows: Rows) -> str:
         counts[row.family] = counts.get(row.family, 0) + 1
     families = ", ".join(f"{n} {name}" for name, n in counts.items())
     return (
-        f"### {' and '.join(rows)}\n\n{len(own)} scenes ({families}), the same in "
+        f"## {' and '.join(rows)}\n\n{len(own)} scenes ({families}), the same in "
         "both. Brackets are 95 % intervals: Wilson's for rates, BCa bootstrap over "
         "scenes for means.\n"
     )
@@ -82,12 +79,12 @@ def _scope(rows: Rows) -> str:
 
 def _levels(rows: Rows) -> str:
     """Return success, steps and path of each planner, the paper's beside them."""
-    lines = ["#### Levels\n",
+    lines = ["### Levels\n",
              "| planner | world | success % | steps | path m | energy J |",
              "|---|---|---:|---:|---:|---:|"]  # fmt: skip
     for name in next(iter(rows.values())):
         for world, own in rows.items():
-            cells = [_rate([row.success for row in own[name]])]
+            cells = [rate([row.success for row in own[name]])]
             cells += [_mean(own[name], m) for m in ("steps", "path m", "energy J")]
             lines.append(f"| {name} | {world} | " + " | ".join(cells) + " |")
         if name in TABLE_2:
@@ -101,21 +98,28 @@ def _levels(rows: Rows) -> str:
 def _differences(rows: Rows) -> str:
     """Return each planner less the baseline in each world, and what is kept."""
     worlds = [*rows]
-    lines = [f"#### Differences to `{BASELINE}`, paired by scene\n",
+    found = differences(rows)
+    lines = [f"### Differences to `{BASELINE}`, paired by scene\n",
              "| planner | of | " + " | ".join(worlds) + " | kept of the physical |",
              "|---|---|" + "---:|" * len(worlds) + "---|"]  # fmt: skip
-    for name in next(iter(rows.values())):
-        if name == BASELINE:
-            continue
-        for metric, value in _METRICS.items():
-            found = [_paired(rows[world], name, value) for world in worlds]
-            cells = " | ".join(_span(each) for each in found)
-            kept = "; ".join(
-                f"{world}: {_kept(found[0], each)}"
-                for world, each in zip(worlds[1:], found[1:], strict=True)
-            )
-            lines.append(f"| {name} | {metric} | {cells} | {kept} |")
+    for (name, metric), spans in found.items():
+        cells = " | ".join(_span(each) for each in spans)
+        kept = "; ".join(
+            f"{world}: {_kept(spans[0], each)}"
+            for world, each in zip(worlds[1:], spans[1:], strict=True)
+        )
+        lines.append(f"| {name} | {metric} | {cells} | {kept} |")
     return "\n".join([*lines, ""])
+
+
+def differences(rows: Rows) -> dict[tuple[str, str], list[Interval]]:
+    """Return each planner less the baseline, by planner and metric, world by world."""
+    return {
+        (name, metric): [_paired(own, name, value) for own in rows.values()]
+        for name in next(iter(rows.values()))
+        if name != BASELINE
+        for metric, value in _METRICS.items()
+    }
 
 
 def _kept(physical: Interval, planar: Interval) -> str:
@@ -141,7 +145,7 @@ def _sign(found: Interval) -> int:
 def _orders(rows: Rows) -> str:
     """Return the rank correlations of the order of planners."""
     first, *others = rows
-    lines = ["#### The order of planners\n",
+    lines = ["### The order of planners\n",
              f"Spearman's rank correlation with `{first}` over "
              f"{len(rows[first])} planners, and Fisher's interval.\n",
              "| | " + " | ".join(others) + " |",
@@ -161,7 +165,7 @@ def _orders(rows: Rows) -> str:
 def _agreement(rows: Rows) -> str:
     """Return how often single episodes agree with those of the physical world."""
     first, *others = rows
-    lines = ["#### Single episodes, against the same in the physical world\n",
+    lines = ["### Single episodes, against the same in the physical world\n",
              "| family | world | n | same success % | same number of failed pushes % | "
              "same that something broke % | friction energy over physical |",
              "|---|---|---:|---:|---:|---:|---:|"]  # fmt: skip
@@ -180,59 +184,14 @@ def _agreement(rows: Rows) -> str:
             energy = sum(b.push_energy_j for _, b in pairs)
             ratio = f"{energy / physical:.2f}" if physical > 0.0 else "-"
             cells = [
-                _rate([a.success == b.success for a, b in pairs]),
-                _rate([a.failed_pushes == b.failed_pushes for a, b in pairs]),
-                _rate([(a.obstacles_broken > 0) == (b.obstacles_broken > 0)
+                rate([a.success == b.success for a, b in pairs]),
+                rate([a.failed_pushes == b.failed_pushes for a, b in pairs]),
+                rate([(a.obstacles_broken > 0) == (b.obstacles_broken > 0)
                        for a, b in pairs]),
             ]  # fmt: skip
             lines.append(f"| {family} | {world} | {len(pairs)} | "
                          + " | ".join(cells) + f" | {ratio} |")  # fmt: skip
     return "\n".join([*lines, ""])
-
-
-def predictions(found: Sequence[Push]) -> str:
-    """Return how well predicted cascades hold in each world, as Markdown."""
-    worlds = [*found[0].trials]
-    lines = ["### Predicted cascades, single pushes\n",
-             f"{len(found)} pushes of 25 cm through the centroid of free obstacles. "
-             "Precision and recall of *which obstacles move* more than 10 mm; "
-             "*energy* is the median of the drives' work over sum F d of what moved.\n",
-             "| | n | world | precision % | recall % | moves as predicted % | energy |",
-             "|---|---:|---|---:|---:|---:|---:|"]  # fmt: skip
-    for label, own in _groups(found):
-        for world in worlds:
-            cells = " | ".join(_prediction(own, world))
-            lines.append(f"| {label} | {len(own)} | {world} | {cells} |")
-    return "\n".join([*lines, ""])
-
-
-def _groups(found: Sequence[Push]) -> Iterator[tuple[str, list[Push]]]:
-    """Yield all pushes, and those of each family, shape and class of mass."""
-    yield "all", [*found]
-    for family in dict.fromkeys(p.family for p in found):
-        yield family, [p for p in found if p.family == family]
-    for shape in sorted({p.shape for p in found}):
-        yield shape, [p for p in found if p.shape == shape]
-    low = 0.0
-    for high in (*MASSES_KG, float("inf")):
-        own = [p for p in found if low <= p.mass_kg < high]
-        if own:
-            end = f"{low:g} to {high:g} kg" if high < 1e9 else f"above {low:g} kg"
-            yield end, own
-        low = high
-
-
-def _prediction(own: Sequence[Push], world: str) -> list[str]:
-    hits = sum(len(p.predicted & p.trials[world].moved) for p in own)
-    predicted = sum(len(p.predicted) for p in own)
-    moved = sum(len(p.trials[world].moved) for p in own)
-    gave = [p.feasible == (p.trials[world].evidence == "moved") for p in own]
-    trials = [p.trials[world] for p in own]
-    ratios = [t.work_j / t.model_j for t in trials if t.model_j > 0.0]
-    return [
-        _share(hits, predicted), _share(hits, moved), _rate(gave),
-        f"{median(ratios):.2f}" if ratios else "-",
-    ]  # fmt: skip
 
 
 def _paired(
@@ -243,11 +202,13 @@ def _paired(
     )
 
 
-def _rate(flags: Sequence[bool]) -> str:
-    return _share(sum(flags), len(flags))
+def rate(flags: Sequence[bool]) -> str:
+    """Return a share of flags in percent, with Wilson's interval."""
+    return share(sum(flags), len(flags))
 
 
-def _share(count: int, n: int) -> str:
+def share(count: int, n: int) -> str:
+    """Return `count` of `n` in percent, with Wilson's interval; - of none."""
     if n == 0:
         return "-"
     low, high = wilson_interval(count, n)
@@ -265,4 +226,4 @@ def _span(found: Interval) -> str:
     return f"{found.estimate:+.2f} [{found.low:+.2f}, {found.high:+.2f}]"
 
 
-__all__ = ["comparison", "on_common_scenes", "predictions"]
+__all__ = ["comparison", "differences", "on_common_scenes", "rate", "share"]

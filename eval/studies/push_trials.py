@@ -44,6 +44,7 @@ class Trial(NamedTuple):
     Attributes:
         moved: Obstacles that travelled more than 10 mm.
         evidence: How the attempt on the pushed obstacle ended; "" if with nothing.
+        force_n: The force that this is evidence of; 0 if there is none [N].
         broken: Whether anything broke.
         work_j: Work of the drives, without what the robot's own motion took [J].
         model_j: Sum of F_i d_i over what moved, true forces [J].
@@ -51,6 +52,7 @@ class Trial(NamedTuple):
 
     moved: frozenset[int]
     evidence: str
+    force_n: float
     broken: bool
     work_j: float
     model_j: float
@@ -63,6 +65,7 @@ class Push(NamedTuple):
         family: The scene's family.
         shape: Everyday name of the pushed shape.
         mass_kg: Its mass.
+        breakaway_n: Its breakaway force mu m g [N].
         feasible: Whether the whole cascade is predicted to give way.
         predicted: Obstacles that are predicted to move more than 10 mm.
         first: The pushed obstacle.
@@ -72,6 +75,7 @@ class Push(NamedTuple):
     family: str
     shape: str
     mass_kg: float
+    breakaway_n: float
     feasible: bool
     predicted: frozenset[int]
     first: int
@@ -123,7 +127,8 @@ def _push(scene: Scene, i: int, direction: Array, start: Array) -> Push:
     feasible, predicted = _prediction(moved, i, direction)
     obstacle = scene.obstacles[i]
     return Push(
-        scene.family, name_of(obstacle.shape), obstacle.mass_kg, feasible, predicted, i,
+        scene.family, name_of(obstacle.shape), obstacle.mass_kg,
+        obstacle.breakaway_force_n, feasible, predicted, i,
         {name: trial(moved, i, direction, p) for name, p in WORLDS.items()},
     )  # fmt: skip
 
@@ -160,11 +165,12 @@ def trial(scene: Scene, i: int, direction: Array, protocol: Protocol) -> Trial:
     travel = norms(world.poses[:, :2] - before)
     moved = frozenset(np.flatnonzero(travel > MOVED_M).tolist())
     name = scene.obstacles[i].id
-    ends = [a.evidence for o in outcomes for a in o.attempts if a.obstacle == name]
+    own = [a for o in outcomes for a in o.attempts if a.obstacle == name]
+    evidence, force_n = (own[0].evidence, own[0].force_n) if own else ("", 0.0)
     speed = norms(world.velocity_mps)
     kinetic = 0.5 * scene.robot.mass_kg * float(speed * speed)
     work = math.fsum(o.actuator_work_j for o in outcomes) - kinetic
     forces = [scene.obstacles[k].breakaway_force_n for k in moved]
     model = math.fsum(f * travel[k] for f, k in zip(forces, moved, strict=True))
     broken = any(o.damages for o in outcomes)
-    return Trial(moved, ends[0] if ends else "", broken, work, model)
+    return Trial(moved, evidence, force_n, broken, work, model)

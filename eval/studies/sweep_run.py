@@ -113,20 +113,20 @@ def run_sweep(
     _claim(request, out)
     for note in cut_rounds(config.scenes):
         tell(note)
-    found = _select(request, out / "select", settings, workers, stage)
+    found = run_settings(request, out / "select", settings, workers, stage)
     alone: dict[str, str | None] = dict.fromkeys(line.field for line in lines)
     if request.grid == "one-at-a-time":
         alone |= {line.field: stages.best_alone(found, line) for line in lines}
         both = stages.combination(found, lines)
         if len(both) > 1:
-            found += _select(request, out / "combined", [both], workers, stage)
+            found += run_settings(request, out / "combined", [both], workers, stage)
     if request.trials:
         found += _search(request, out, found, workers, stage)
     final, confirmed = found, list[Score]()
     if request.world == "planar":
         path = out / "confirm"
         names = stages.finalists(found)
-        final = confirmed = _select(request, path, names, workers, stage, UNSET)
+        final = confirmed = run_settings(request, path, names, workers, stage, UNSET)
     best = stages.best(final).settings
     rows = _report(request, out / "report", best, workers, stage)
     name = variant_name(base.name, best)
@@ -174,7 +174,7 @@ def _write(path: Path, value: SweepRequest | Result) -> None:
         part.write_bytes(text)
 
 
-def _select(
+def run_settings(
     request: SweepRequest,
     path: Path,
     settings: Sequence[Changes],
@@ -207,7 +207,7 @@ def _search(
 
     def tried(number: int, settings: Changes) -> Score:
         path = out / "trials" / f"{number:04d}"
-        return _select(request, path, [settings], workers, stage)[0]
+        return run_settings(request, path, [settings], workers, stage)[0]
 
     return search(request, out, found, tried)
 

@@ -2,10 +2,10 @@
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import islice
+from typing import Any
 
-from beacon_mj.interface import PlannerInfo
 from beacon_mj.motion.detour import FreeRoute
 from beacon_mj.planners.contact.candidates import PushPlan
 
@@ -34,16 +34,15 @@ class Decision:
     reason: str
 
 
-def compared(info: PlannerInfo, decision: Decision | None) -> PlannerInfo:
-    """Return why a command was chosen, with what was compared."""
+def compared(decision: Decision | None) -> dict[str, Any]:
+    """Return what was compared, as the fields of `PlannerInfo` that say so."""
     if decision is None:
-        return info
-    return replace(
-        info,
-        cost_push=decision.cost_push,
-        cost_detour=decision.cost_detour,
-        terms=decision.terms,
-    )
+        return {}
+    return {
+        "cost_push": decision.cost_push,
+        "cost_detour": decision.cost_detour,
+        "terms": decision.terms,
+    }
 
 
 def decide(

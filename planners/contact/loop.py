@@ -276,10 +276,13 @@ class ContactPlanner(Planner[C]):
     def _explained(self, command: Command) -> Command:
         """Return a command with what was compared, planned and believed."""
         info = replace(
-            compared(command.info, self._decision),
+            command.info,
+            **compared(self._decision),
             path_m=self._free.left() if self._controller is None else None,
             beliefs=self.policy.beliefs.of_seen,
             replanned=self._free.replanned,
         )
         self._free.replanned = False
-        return replace(command, info=info)
+        return Command(
+            velocity_mps=command.velocity_mps, give_up=command.give_up, info=info
+        )

@@ -70,6 +70,8 @@ def test_gymnasium_has_no_complaint(family: str) -> None:
     check_env(env.unwrapped, skip_render_check=True)
 
 
+#: It prefers one axis; its `MultiInputPolicy` flattens the table of obstacles itself.
+@pytest.mark.filterwarnings("ignore:Your observation obstacles has an unconventional")
 @pytest.mark.parametrize("family", FAMILIES)
 def test_stable_baselines_has_no_complaint(family: str) -> None:
     checker = pytest.importorskip(

@@ -8,11 +8,17 @@ from beacon_mj.episode.run import run_episode
 from beacon_mj.errors import RunError
 from beacon_mj.eval.metrics.measure import measure
 from beacon_mj.eval.metrics.row import Row
+from beacon_mj.eval.report.single_pushes import force_ratios, predictions
 from beacon_mj.eval.report.worlds import (
     _kept,
     comparison,
+    differences,
     on_common_scenes,
-    predictions,
+)
+from beacon_mj.eval.report.worlds_figures import (
+    cascade_panels,
+    difference_panels,
+    energy_panel,
 )
 from beacon_mj.eval.statistics.intervals import Interval
 from beacon_mj.eval.studies.push_trials import WORLDS, pushes
@@ -80,5 +86,18 @@ def test_a_push_moves_in_every_world_what_is_predicted() -> None:
         paper = push.trials["paper"]
         assert paper.moved == push.predicted
         assert math.isclose(paper.work_j, paper.model_j, rel_tol=0.01)
+        assert math.isclose(paper.force_n, push.breakaway_n, rel_tol=1e-9)
+    assert force_ratios(free, "paper") == pytest.approx([1.0] * len(free))
     text = predictions(found)
     assert f"| all | {len(found)} | mujoco |" in text
+    for drawn in (cascade_panels(found), energy_panel(found)):
+        assert drawn.count("<svg") == 1
+
+
+def test_differences_of_all_worlds_are_drawn(rows: dict[str, list[Row]]) -> None:
+    spans = differences(on_common_scenes(rows))
+    found = {key: dict(zip(rows, each, strict=True)) for key, each in spans.items()}
+    assert {name for name, _ in found} == {"dstar-lite"}
+    assert difference_panels(found) == difference_panels(found)
+    few = {key: {"mujoco": each["mujoco"]} for key, each in found.items()}
+    assert len(difference_panels(few)) < len(difference_panels(found))

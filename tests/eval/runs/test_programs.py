@@ -1,6 +1,7 @@
 """Planners that are programs: the protocol, the clients, and what failing costs."""
 
 import json
+import math
 import shutil
 import subprocess
 import sys
@@ -17,6 +18,7 @@ from beacon_mj.eval.metrics.row import Row
 from beacon_mj.eval.runs.isolation import lines, wire
 from beacon_mj.eval.runs.isolation.host import describe_isolated
 from beacon_mj.eval.runs.run_folder import load_config
+from beacon_mj.scene_gen.robots import shipped_robot
 from tests.eval.runs.test_isolation import alive
 from tests.eval.runs.test_runner import configured, run, timeless
 from tests.repository import REPOSITORY
@@ -145,6 +147,36 @@ def test_floats_cross_as_they_are(tmp_path: Path) -> None:
         assert step.command.info.path_m[0].tolist() == before.tolist()
         assert step.command.velocity_mps.tolist() == [0.3, 0.1 / 3.0]
         before = step.outcome.position_m
+
+
+def test_a_program_drives_wheels_itself(tmp_path: Path) -> None:
+    """It is told how the robot stands, and its turn rates are obeyed."""
+    code = (
+        "if kind == 'reset':\n"
+        "        assert message['task']['drive'] == 'differential'\n"
+        "        assert message['task']['turn_rate_max_radps'] > 1.0\n"
+        "    if kind == 'act':\n"
+        "        heading = message['observation']['heading_rad']\n"
+        "        reply['velocity_mps'] = [0.0, 0.0]\n"
+        "        reply['turn_rate_radps'] = 0.5\n"
+        "        reply['info'] = {'terms': {'heading': heading}}\n"
+        "        text = json.dumps(reply)"
+    )
+    from beacon_mj.eval.runs.isolation.program import External, Program
+
+    process = Program(program(tmp_path, code), 4096)
+    scene = beacon_mj.generate_scene("sparse", 0)
+    protocol = beacon_mj.Protocol(robot=shipped_robot("diff-drive"), max_steps=20)
+    try:
+        planner = External(process, (), "turner", 30.0)
+        trace = beacon_mj.run_episode(scene, planner, protocol=protocol)
+    finally:
+        process.end()
+    assert trace.outcome == "timeout", trace.detail
+    assert [s.command.turn_rate_radps for s in trace.steps] == [0.5] * 20
+    told = [s.command.info.terms["heading"] for s in trace.steps]
+    turned = (told[-1] - told[0] + math.pi) % (2.0 * math.pi) - math.pi
+    assert turned == pytest.approx(0.5 * 1.9, abs=0.1)
 
 
 @pytest.mark.parametrize(

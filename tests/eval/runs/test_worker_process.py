@@ -1,5 +1,6 @@
 """Workers do not outlive the process that they work for."""
 
+import gc
 import os
 import signal
 import subprocess
@@ -10,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from beacon_mj.eval.runs.worker_process import COLLECT_AFTER, in_parallel
 from tests.eval.runs.test_runner import hostile
 from tests.repository import REPOSITORY
 
@@ -74,3 +76,8 @@ def test_workers_of_a_killed_run_end(planner: str, tmp_path: Path) -> None:
         if group(parent.pid):
             os.killpg(parent.pid, signal.SIGKILL)
         parent.wait()
+
+
+def test_workers_seldom_look_for_garbage() -> None:
+    found = list(in_parallel(gc.get_threshold, [(), ()], workers=2))
+    assert [first for first, *_ in found] == [COLLECT_AFTER] * 2

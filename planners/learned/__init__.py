@@ -1,0 +1,1 @@
+"""What planners with learned weights are composed of."""
