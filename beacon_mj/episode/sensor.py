@@ -86,7 +86,7 @@ class Sensor:
 
     def _look(self, time_s: float, outcome: StepOutcome | None) -> None:
         """Update the map from this moment's sightings."""
-        sensed = set(np.flatnonzero(self._visible()).tolist())
+        sensed = set(self._visible().nonzero()[0].tolist())
         if outcome is not None:
             sensed |= {self._number[name] for name in _touched(outcome)}
         for i in self._sensed_last - sensed:

@@ -198,7 +198,7 @@ class StateDelta:
                 (out.qpos_index, out.qpos, bits, self._qpos),
                 (out.qvel_index, out.qvel, rates, self._qvel),
             ):
-                changed = np.flatnonzero(now != before)
+                changed = (now != before).nonzero()[0]
                 index.extend(changed.tolist())
                 values.extend(now[changed].view(np.float64).tolist())
         self._qpos, self._qvel = bits.copy(), rates.copy()

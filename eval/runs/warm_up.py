@@ -16,6 +16,8 @@ from beacon_mj.episode.sealed import Sealer
 from beacon_mj.episode.sensor import Sensor
 from beacon_mj.eval.runs import machine_code
 from beacon_mj.eval.runs.scene_cache import cached_scene
+from beacon_mj.motion.field_search import RepairedSearch
+from beacon_mj.motion.grid import Grid
 from beacon_mj.motion.visibility_graph import shortest_path
 from beacon_mj.planners.program import is_program
 from beacon_mj.planners.registry import load_planner
@@ -83,6 +85,18 @@ def _tour(name: str) -> None:
     run_episode(scene, load_planner(name)[1](), name, protocol)
     if name in ("beacon", "beacon-voi"):
         _go_round(scene)
+    if name == "beacon-voi":
+        _search_large_room()
+
+
+def _search_large_room() -> None:
+    """Repair a search as in rooms whose grid is too large to be searched whole."""
+    grid = Grid.cover((0.0, 0.0, 2.0, 2.0))
+    search, cells = RepairedSearch(grid), np.arange(grid.size)
+    search.update(lambda asked: np.zeros(len(asked)), 0)
+    search.note(cells[50:60])
+    search.update(lambda asked: np.where(asked % 7 == 3, np.inf, 0.5), 0)
+    search.metres(cells[-9:], np.zeros(9), grid.size - 1)
 
 
 def _go_round(scene: Scene) -> None:

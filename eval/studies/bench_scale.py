@@ -12,6 +12,7 @@ from beacon_mj.episode.run import run_episode
 from beacon_mj.episode.sensor import Sensor
 from beacon_mj.episode.trace import Trace
 from beacon_mj.eval.metrics.measure import measure
+from beacon_mj.eval.runs.warm_up import compile_kernels, load_kernels
 from beacon_mj.eval.studies.bench import SEED, Clock, Measure
 from beacon_mj.interface import Command, Observation, Task
 from beacon_mj.planners.base import Planner
@@ -47,7 +48,9 @@ def scale(
     families: Sequence[str] = FAMILIES, planners: Sequence[str] = PLANNERS
 ) -> Iterator[Measure]:
     """Yield what one scene of each family, its steps and its decisions take."""
-    for name in planners:  # Loads what is compiled.
+    compile_kernels(planners)
+    load_kernels(planners)
+    for name in planners:  # Imports the rest.
         run_episode(generate_scene("sparse", 1, SEED), load_planner(name)[1](), name)
     for family in families:
         clock = Clock()
