@@ -79,21 +79,30 @@ class Grid:
 
     def _around(self, point: Array, radius_m: float) -> tuple[Cells, Array]:
         """Cells of the square about a disc, and how far their centres are (m,) [m]."""
-        r0, r1, c0, c1 = self.window(point - radius_m, point + radius_m)
-        row, col = np.arange(r0, r1)[:, None], np.arange(c0, c1)
-        x = self.west_m + (col + 0.5) * self.cell_m - point[0]
-        y = self.south_m + (row + 0.5) * self.cell_m - point[1]
-        return (row * self.cols + col).ravel(), np.sqrt(x * x + y * y).ravel()
+        window = self.window(point - radius_m, point + radius_m)
+        x, y = point.tolist()
+        return _distances_in(
+            *window,
+            self.cols,
+            float(self.west_m),
+            float(self.south_m),
+            self.cell_m,
+            x,
+            y,
+        )
 
     def window(self, low: Array, high: Array) -> Window:
         """Rows [r0, r1) and columns [c0, c1) that cover a box between two corners.
 
         A box outside of the grid has none: r0 = r1 or c0 = c1.
         """
-        c0, r0 = np.floor((low - (self.west_m, self.south_m)) / self.cell_m)
-        c1, r1 = np.ceil((high - (self.west_m, self.south_m)) / self.cell_m)
-        r0, c0 = min(max(int(r0), 0), self.rows), min(max(int(c0), 0), self.cols)
-        r1, c1 = min(int(r1), self.rows), min(int(c1), self.cols)
+        (west, south), (east, north) = low.tolist(), high.tolist()
+        c0 = math.floor((west - self.west_m) / self.cell_m)
+        r0 = math.floor((south - self.south_m) / self.cell_m)
+        c1 = math.ceil((east - self.west_m) / self.cell_m)
+        r1 = math.ceil((north - self.south_m) / self.cell_m)
+        r0, c0 = min(max(r0, 0), self.rows), min(max(c0, 0), self.cols)
+        r1, c1 = min(r1, self.rows), min(c1, self.cols)
         return r0, max(r0, r1), c0, max(c0, c1)
 
 
@@ -189,6 +198,33 @@ class ClearanceField:
             span + footprints.radius,
             rebuild,
         )
+
+
+@kernel
+def _distances_in(
+    r0: int,
+    r1: int,
+    c0: int,
+    c1: int,
+    cols: int,
+    west: float,
+    south: float,
+    edge: float,
+    px: float,
+    py: float,
+) -> tuple[Cells, Array]:
+    """Return the cells of a window, and how far their centres are from a point [m]."""
+    cells = np.empty((r1 - r0) * (c1 - c0), dtype=np.int64)
+    distance = np.empty(len(cells))
+    n = 0
+    for row in range(r0, r1):
+        y = south + (row + 0.5) * edge - py
+        for col in range(c0, c1):
+            x = west + (col + 0.5) * edge - px
+            cells[n] = row * cols + col
+            distance[n] = math.sqrt(x * x + y * y)
+            n += 1
+    return cells, distance
 
 
 def _moved(before: Footprints, after: Footprints) -> Cells:

@@ -112,7 +112,7 @@ class GridRoute:
         for radius in (1.5 * grid.cell_m, _ESCAPE_M):
             cells = grid.disc(position, radius)
             cells = cells[values[cells] >= self.inflation_m]
-            own = footprints.distance(position).min(initial=self.inflation_m)
+            own = min(footprints.least_distance(position), self.inflation_m)
             need = max(own, 0.0) - 0.005
             for cell, centre in zip(cells[:20], grid.centres(cells[:20]), strict=True):
                 if is_clear(np.stack([position, centre]), footprints, need):

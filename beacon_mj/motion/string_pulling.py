@@ -16,7 +16,6 @@ from beacon_mj.jit import inlined, kernel
 from beacon_mj.motion.buckets import SLACK_M, Buckets, boxes, bucketed
 from beacon_mj.motion.grid import Cells
 from beacon_mj.motion.sight import NOTHING, Solids, first_in_the_way, solids
-from beacon_mj.numerics import norms
 
 _CELL_M = 1.0  #: Edge of the cells that footprints are listed by.
 
@@ -56,19 +55,21 @@ def _frame(path: Array) -> tuple[Array, Array, float]:
 
 def is_clear(path: Array, footprints: Footprints, clearance_m: float) -> bool:
     """Whether every segment of `path` keeps `clearance_m` from every footprint."""
-    centre, reach = circles(footprints)
-    return bool(
-        _all_clear(
-            path, footprints.vertices, footprints.radius, centre, reach, clearance_m
-        )
-    )
+    return bool(_all_clear(path, footprints.vertices, footprints.radius, clearance_m))
 
 
-def circles(footprints: Footprints) -> tuple[Array, Array]:
-    """Centres (n, 2) and radii (n,) of circles that hold the footprints [m]."""
-    low, high = footprints.vertices.min(axis=1), footprints.vertices.max(axis=1)
-    span = high - low
-    return 0.5 * (low + high), 0.5 * norms(span) + footprints.radius
+@kernel
+def _circles(vertices: Array, radius: Array, centre: Array, reach: Array) -> None:
+    """Fill in centres (n, 2) and radii (n,) of circles that hold footprints [m]."""
+    for i in range(radius.shape[0]):
+        for axis in range(2):
+            low = high = vertices[i, 0, axis]
+            for k in range(1, vertices.shape[1]):
+                low = min(low, vertices[i, k, axis])
+                high = max(high, vertices[i, k, axis])
+            centre[i, axis] = 0.5 * (low + high)
+            reach[i] += (high - low) * (high - low)
+        reach[i] = 0.5 * math.sqrt(reach[i]) + radius[i]
 
 
 @kernel
@@ -130,14 +131,11 @@ def _clear(
 
 
 @kernel
-def _all_clear(
-    path: Array,
-    vertices: Array,
-    radius: Array,
-    centre: Array,
-    reach: Array,
-    need: float,
-) -> bool:
+def _all_clear(path: Array, vertices: Array, radius: Array, need: float) -> bool:
+    """Whether every segment of a path keeps clear; see `is_clear`."""
+    n = radius.shape[0]
+    centre, reach = np.empty((n, 2)), np.zeros(n)
+    _circles(vertices, radius, centre, reach)
     for i in range(path.shape[0] - 1):
         if not _clear(path[i], path[i + 1], vertices, radius, centre, reach, need):
             return False
