@@ -8,6 +8,7 @@ import numpy as np
 
 from beacon_mj.interface import Command, Observation, PlannerInfo, Task
 from beacon_mj.planners.base import Planner
+from beacon_mj.planners.checks import expect
 from beacon_mj.planners.learned.features import SIZE, Features
 from beacon_mj.planners.learned.network import load_network
 
@@ -22,6 +23,15 @@ class PpoConfig:
 
     #: File of weights that `examples/train_ppo.py` wrote; empty for the shipped ones.
     weights: str = ""
+
+    def __post_init__(self) -> None:
+        """Check that the file is there.
+
+        Raises:
+            PlannerError: If it is not.
+        """
+        there = not self.weights or Path(self.weights).is_file()
+        expect("weights", self.weights, "an existing file, or empty", there)
 
 
 class Ppo(Planner[PpoConfig]):

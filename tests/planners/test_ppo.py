@@ -163,6 +163,11 @@ def test_files_that_are_no_weights_are_refused(tmp_path: Path, content: bytes) -
         Ppo(PpoConfig(weights=str(path)))
 
 
+def test_a_missing_file_is_refused_before_the_run() -> None:
+    with pytest.raises(PlannerError, match="Expected weights to be an existing file"):
+        PpoConfig(weights="missing.npz")
+
+
 def test_pickles_are_not_opened(tmp_path: Path) -> None:
     path = tmp_path / "w.npz"
     np.savez(path, weight_0=np.array([{}], object), bias_0=np.zeros(2))
