@@ -1,14 +1,17 @@
-"""The record of the code that decides a result: planners' files, and our own.
+"""The record of the files that decide a result: planners' code, and their data.
 
 A planner's file is read, never run, to make the record. Of a program these are the
 files that its command names. Built-in planners are part of the package, whose source
-has one digest among the versions.
+has one digest among the versions. Data is what settings name, such as a network's
+weights.
 """
 
 import importlib.util
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
+
+import msgspec
 
 from beacon_mj.errors import PlannerError, RunError
 from beacon_mj.eval.runs.config import PlannerEntry, RunConfig
@@ -64,6 +67,44 @@ def code_of(spec: str, cls: type[Planner] | None = None) -> dict[str, str]:
         ) from error
 
 
+def data_of(settings: Mapping[str, str]) -> dict[str, str]:
+    """Return the SHA-256 of each file that settings name, by the name they give it.
+
+    Raises:
+        PlannerError: If a file cannot be read.
+    """
+    try:
+        named = {text: Path(text) for text in settings.values() if _is_file(text)}
+        return digests({text: path.read_bytes() for text, path in named.items()})
+    except OSError as error:
+        raise PlannerError(
+            f"{error.filename}: cannot read the file that a setting names: "
+            f"{error.strerror}."
+        ) from error
+
+
+def _is_file(text: str) -> bool:
+    try:
+        return Path(text).is_file()
+    except (OSError, ValueError):  # Too long for a path, or a null byte in it.
+        return False
+
+
+def as_it_is(entry: PlannerEntry) -> PlannerEntry:
+    """Return a planner with the code and the data that its files hold now.
+
+    The code of a class that was handed over in Python stays as it is: no spec leads
+    to it.
+
+    Raises:
+        PlannerError: If a file cannot be read.
+    """
+    named = {*entry.settings.values()}
+    kept = {name: sha for name, sha in entry.code.items() if name not in named}
+    code = code_of(entry.loaded_from) or kept
+    return msgspec.structs.replace(entry, code=code | data_of(entry.settings))
+
+
 def check_code(entries: Iterable[PlannerEntry]) -> None:
     """Check that planners' files are still those that the run was started with.
 
@@ -72,13 +113,14 @@ def check_code(entries: Iterable[PlannerEntry]) -> None:
         PlannerError: If one is not there any more.
     """
     for entry in entries:
-        if entry.home and entry.code:
-            now = code_of(entry.loaded_from)
-            if change := first_change(entry.code, now):
-                raise RunError(
-                    f"{entry.home}: expected the code that the run was started with "
-                    f"but {change}. Every episode of a run is of the same code."
-                )
+        if not entry.code:
+            continue
+        if change := first_change(entry.code, as_it_is(entry).code):
+            raise RunError(
+                f"{entry.home or entry.name}: expected the code and the data that the "
+                f"run was started with but {change}. Every episode of a run is of the "
+                "same."
+            )
 
 
 def named_code(config: RunConfig) -> list[str]:

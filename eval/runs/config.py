@@ -59,7 +59,7 @@ class PlannerEntry(msgspec.Struct, frozen=True, kw_only=True):
             class says; tables have a note of those that are not.
         code: SHA-256 of its file and of the local modules that it imports, by path
             below the file's folder; of a program, of the files that its command names;
-            empty for a built-in planner.
+            and of the files that its settings name.
         home: Whole path of the file that it is loaded from, or a program's command with
             whole paths; no option, for a run may go on where the file lies elsewhere.
     """
@@ -355,7 +355,10 @@ def load_ref(config: RunConfig, ref: SceneRef) -> Scene:
     if ref.path is None:
         templates = None if config.templates is None else Path(config.templates)
         profile = config.perception or "noisy"
-        return cached_scene(ref.family, ref.index, config.seed, profile, templates)
+        files = config.families[ref.family]
+        return cached_scene(
+            ref.family, ref.index, config.seed, profile, templates, files
+        )
     scene = load_scene(ref.path)
     if config.perception in (None, scene.perception):
         return scene

@@ -9,10 +9,9 @@ import msgspec
 from beacon_mj.episode.protocol import Protocol
 from beacon_mj.errors import BeaconError, RunError, TemplateError
 from beacon_mj.eval.metrics.row import Row
-from beacon_mj.eval.runs.code_record import check_trusted, code_of, named_code
+from beacon_mj.eval.runs.code_record import as_it_is, check_trusted, named_code
 from beacon_mj.eval.runs.config import (
     Logging,
-    PlannerEntry,
     RunConfig,
     SceneRef,
     cut_rounds,
@@ -192,17 +191,11 @@ def _stored(options: EvaluationOptions, out: Path, trust_code: bool) -> Evaluati
     hashes, refs = scene_refs(config)
     config = msgspec.structs.replace(
         config,
-        planners=tuple(_as_it_is(entry) for entry in config.planners),
+        planners=tuple(as_it_is(entry) for entry in config.planners),
         families=hashes,
         versions=versions(),
     )
     return Evaluation(config=config, refs=refs, folder=RunFolder(out))
-
-
-def _as_it_is(entry: PlannerEntry) -> PlannerEntry:
-    """Return a planner with the code that its file holds now."""
-    code = code_of(entry.loaded_from)
-    return msgspec.structs.replace(entry, code=code)
 
 
 def _check_bare(options: EvaluationOptions) -> None:

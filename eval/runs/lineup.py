@@ -9,7 +9,7 @@ import msgspec
 
 from beacon_mj.episode.protocol import Protocol
 from beacon_mj.errors import PlannerError, RunError, unknown
-from beacon_mj.eval.runs.code_record import code_of, home_of
+from beacon_mj.eval.runs.code_record import as_it_is, code_of, home_of
 from beacon_mj.eval.runs.config import PlannerEntry
 from beacon_mj.eval.runs.overrides import Settings, built_ins, parse_settings
 from beacon_mj.eval.runs.variants import (
@@ -128,14 +128,14 @@ def line_up(
     parsed = parse_settings([canonical(s) for s in texts_of(settings)], targets)
     base = with_protocol(protocol or Protocol(), parsed.get(PROTOCOL, {}))
     varied = axes(vary, targets)
-    entries = []
+    entries: list[PlannerEntry] = []
     for each in loaded.values():
         entry = _entry(each, parsed, base)
         own = {f: v for (t, f), v in varied.items() if t == each.name}
         if own and each.config is not None:
             raise _configured(each.name, "vary")
         shared = {f"protocol.{f}": v for (t, f), v in varied.items() if t == PROTOCOL}
-        entries += variants(entry, each.cls, own | shared, base)
+        entries += map(as_it_is, variants(entry, each.cls, own | shared, base))
     handed = {
         entry.name: Handed(each.cls, each.config)
         for entry in entries

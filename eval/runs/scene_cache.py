@@ -46,23 +46,30 @@ def cached_scene(
     seed: int,
     perception: Profile,
     templates: Path | None = None,
+    files_sha256: str | None = None,
 ) -> Scene:
-    """Return what `generate_scene` returns for a family's name, kept or generated."""
+    """Return what `generate_scene` returns for a family's name, kept or generated.
+
+    Args:
+        family: Its name.
+        index: Number of the scene, >= 0.
+        seed: Seed of the scenes, >= 0.
+        perception: What is perceived of classes.
+        templates: Folder of the user's own templates.
+        files_sha256: `family_sha256` of the family, if it is known; reading all its
+            files for each scene takes a third of the time.
+    """
     folder = cache_folder()
     if folder is None:
         return generate_scene(family, index, seed, perception, templates)
-
-    def name() -> str:
-        files = family_sha256(family, templates)
-        what = (files, family, index, seed, perception, CODE_SHA256, _versions())
-        return hashlib.sha256(repr(what).encode()).hexdigest()
-
-    key = name()
+    files = files_sha256 or family_sha256(family, templates)
+    what = (files, family, index, seed, perception, CODE_SHA256, _versions())
+    key = hashlib.sha256(repr(what).encode()).hexdigest()
     path = folder / "scenes" / key[:2] / key
     found = _read(path)
     if found is None:
         found = generate_scene(family, index, seed, perception, templates)
-        if name() == key:  # Nobody edited the family meanwhile.
+        if family_sha256(family, templates) == files:  # Nobody edited it meanwhile.
             _write(path, found)
     return found
 

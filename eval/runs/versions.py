@@ -12,9 +12,9 @@ PACKAGES = ("mujoco", "numpy", "numba", "scipy", "shapely", "python-fcl")
 
 
 #: What scenes, decisions, physics and rows depend on; see docs/same-rows.md.
-_DECISIVE = (
+DECISIVE = (
     "episode", "eval/metrics", "learning", "mjcf_templates", "motion", "planners",
-    "scene", "scene_gen", "world",
+    "pushing", "scene", "scene_gen", "world",
 )  # fmt: skip
 
 
@@ -43,9 +43,9 @@ def source_sha256() -> str:
     """Return a digest over the package's own source that decides results."""
     root = Path(beacon_mj.__file__).parent
     files = sorted(root.glob("*.py"))
-    for name in _DECISIVE:
+    for name in DECISIVE:
         found = (root / name).rglob("*")
-        files += sorted(p for p in found if p.suffix in (".py", ".xml"))
+        files += sorted(p for p in found if p.suffix in (".npz", ".py", ".xml"))
     digest = hashlib.sha256()
     for path in files:
         digest.update(path.relative_to(root).as_posix().encode() + b"\0")

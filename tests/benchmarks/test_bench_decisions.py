@@ -10,12 +10,15 @@ import numpy as np
 import pytest
 from pytest_benchmark.fixture import BenchmarkFixture
 
+from beacon_mj.episode.protocol import Protocol
 from beacon_mj.episode.run import run_episode
 from beacon_mj.geometry import Array
 from beacon_mj.planners.registry import load_planner
 from beacon_mj.scene_gen.generate import generate_scene
 from tests.worlds import FAMILIES
 
+#: Kernels may be compiled within the first decisions.
+PATIENT = Protocol(decision_limit_s=3600.0)
 SCENES = int(os.environ.get("BENCH_SCENES", "2"))  #: Scenes of each family.
 
 
@@ -26,7 +29,8 @@ def decisions(planner: str, seed: int, scenes: int) -> Array:
         (1e3 * step.decision_s, step.command.info.replanned)
         for family in FAMILIES
         for index in range(scenes)
-        for step in run_episode(generate_scene(family, index, seed), cls()).steps
+        for scene in [generate_scene(family, index, seed)]
+        for step in run_episode(scene, cls(), protocol=PATIENT).steps
     ]
     return np.array(rows, dtype=float)
 

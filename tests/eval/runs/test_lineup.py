@@ -1,5 +1,6 @@
 """Planners as names, classes and pairs; variants; what they leave in a run."""
 
+import hashlib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -10,11 +11,12 @@ import pytest
 
 import beacon_mj
 from beacon_mj import Command, Observation, Planner, Task, cli
-from beacon_mj.errors import BeaconError
+from beacon_mj.errors import BeaconError, RunError
 from beacon_mj.eval.report.command import command_of
 from beacon_mj.eval.runs.lineup import line_up
 from beacon_mj.eval.runs.run_folder import load_config
 from beacon_mj.eval.runs.variants import alternatives, text_of, texts_of
+from beacon_mj.planners.ppo import SHIPPED
 from beacon_mj.planners.push_through import PushThrough
 from tests.eval.runs.test_runner import timeless
 
@@ -252,3 +254,31 @@ def test_studies_take_classes() -> None:
     assert "North, sparse: 0 of 1 scenes" in str(found)
     with pytest.raises(BeaconError, match="expected its values as a mapping"):
         beacon_mj.ablate((North, NorthConfig()), **few)
+
+
+def test_the_files_that_settings_name_are_part_of_the_record(tmp_path: Path) -> None:
+    weights, out = tmp_path / "weights.npz", tmp_path / "run"
+    shipped = dict(np.load(SHIPPED))
+    np.savez(weights, **shipped)
+    settings = {"ppo.weights": weights, "protocol.max_steps": 5}
+    options: dict[str, Any] = {"scenes_per_family": 1, "report": False, **FEW}
+    beacon_mj.evaluate("ppo", settings=settings, out=out, **options)
+    [entry] = load_config(out).planners
+    digest = hashlib.sha256(weights.read_bytes()).hexdigest()
+    assert entry.code == {str(weights): digest}
+    np.savez(weights, **(shipped | {"bias_2": shipped["bias_2"] + 1}))
+    with pytest.raises(RunError, match=r"weights\.npz"):
+        beacon_mj.evaluate("ppo", settings=settings, out=out, resume=True, **options)
+    with pytest.raises(RunError, match=r"expected the code and the data"):
+        beacon_mj.bundle(out, tmp_path / "run.zip")
+
+
+def test_a_varied_file_is_part_of_the_record_of_its_variant(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    paths = ["a.npz", "b.npz"]
+    for path in paths:
+        Path(path).write_bytes(SHIPPED.read_bytes())
+    found = line_up(["ppo"], vary={"ppo.weights": paths}).entries
+    assert [[*entry.code] for entry in found] == [[path] for path in paths]
