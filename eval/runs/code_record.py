@@ -18,8 +18,11 @@ from beacon_mj.eval.runs.config import PlannerEntry, RunConfig
 from beacon_mj.planners.base import Planner
 from beacon_mj.planners.program import is_program, program_files, whole_program
 from beacon_mj.planners.registry import file_planner, planner_names
+from beacon_mj.regular_files import read_regular
 from beacon_mj.scene_gen.layout_sources import layout_file
 from beacon_mj.source_files import digests, first_change, local_sources
+
+MAX_DATA_BYTES = 200_000_000  #: Of a file that a setting names.
 
 
 def planner_file(spec: str) -> Path | None:
@@ -75,7 +78,7 @@ def data_of(settings: Mapping[str, str]) -> dict[str, str]:
     """
     try:
         named = {text: Path(text) for text in settings.values() if _is_file(text)}
-        return digests({text: path.read_bytes() for text, path in named.items()})
+        return digests({k: read_regular(p, MAX_DATA_BYTES) for k, p in named.items()})
     except OSError as error:
         raise PlannerError(
             f"{error.filename}: cannot read the file that a setting names: "

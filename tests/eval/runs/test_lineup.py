@@ -11,8 +11,9 @@ import pytest
 
 import beacon_mj
 from beacon_mj import Command, Observation, Planner, Task, cli
-from beacon_mj.errors import BeaconError, RunError
+from beacon_mj.errors import BeaconError, PlannerError, RunError
 from beacon_mj.eval.report.command import command_of
+from beacon_mj.eval.runs.code_record import MAX_DATA_BYTES, data_of
 from beacon_mj.eval.runs.lineup import line_up
 from beacon_mj.eval.runs.run_folder import load_config
 from beacon_mj.eval.runs.variants import alternatives, text_of, texts_of
@@ -282,3 +283,13 @@ def test_a_varied_file_is_part_of_the_record_of_its_variant(
         Path(path).write_bytes(SHIPPED.read_bytes())
     found = line_up(["ppo"], vary={"ppo.weights": paths}).entries
     assert [[*entry.code] for entry in found] == [[path] for path in paths]
+
+
+def test_a_huge_file_that_a_setting_names_is_refused_before_it_is_read(
+    tmp_path: Path,
+) -> None:
+    huge = tmp_path / "huge.npz"
+    with huge.open("wb") as file:
+        file.truncate(MAX_DATA_BYTES + 1)  # Takes no room on the disk.
+    with pytest.raises(PlannerError, match=r"cannot read the file .* at most"):
+        data_of({"weights": str(huge)})
